@@ -1,0 +1,116 @@
+//! Work counters and the brake: a type parameter of every builder, so that an unprobed build pays nothing.
+
+/// Kinds of work that a builder counts, each where it is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Work {
+    /// Choices of split positions evaluated, admissible or not.
+    Combinations,
+    /// Costs of one child computed.
+    ChildCosts,
+    /// Unions of two boxes.
+    BoxUnions,
+    /// What the thesis' program would have done: triangles of the node times combinations, each a union of two boxes.
+    OriginalUnions,
+    /// Distances between two clusters computed.
+    PairDistances,
+    /// Searches for the nearest cluster.
+    NearestSearches,
+    /// Merges of two clusters.
+    Merges,
+    /// Nodes that rule Q8 applied to.
+    Q8Nodes,
+    /// Nodes that rule Q8 applied to at slot 0, where the original read memory before its array.
+    Q8AtStart,
+    /// Nodes that no full choice of planes separated: fewer planes, or halves by id, were used.
+    Fallbacks,
+}
+
+impl Work {
+    /// All kinds, in the order of [`Counters`].
+    pub const ALL: [Self; 10] = [
+        Self::Combinations,
+        Self::ChildCosts,
+        Self::BoxUnions,
+        Self::OriginalUnions,
+        Self::PairDistances,
+        Self::NearestSearches,
+        Self::Merges,
+        Self::Q8Nodes,
+        Self::Q8AtStart,
+        Self::Fallbacks,
+    ];
+
+    /// Its name in rows and JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Combinations => "combinations",
+            Self::ChildCosts => "child_costs",
+            Self::BoxUnions => "box_unions",
+            Self::OriginalUnions => "original_unions",
+            Self::PairDistances => "pair_distances",
+            Self::NearestSearches => "nearest_searches",
+            Self::Merges => "merges",
+            Self::Q8Nodes => "q8_nodes",
+            Self::Q8AtStart => "q8_at_start",
+            Self::Fallbacks => "fallbacks",
+        }
+    }
+}
+
+/// What a builder tells while it works. `()` is the probe that costs nothing.
+pub trait Probe {
+    /// `n` units of `work` were done just now.
+    #[inline(always)]
+    fn add(&mut self, work: Work, n: u64) {
+        let _ = (work, n);
+    }
+
+    /// Called now and then with the elementary steps (combinations or distances) since the last call; `false` asks the
+    /// builder to stop with [`super::BuildError::Stopped`].
+    #[inline(always)]
+    fn go_on(&mut self, steps: u64) -> bool {
+        let _ = steps;
+        true
+    }
+}
+
+impl Probe for () {}
+
+impl<P: Probe> Probe for &mut P {
+    #[inline(always)]
+    fn add(&mut self, work: Work, n: u64) {
+        (**self).add(work, n);
+    }
+
+    #[inline(always)]
+    fn go_on(&mut self, steps: u64) -> bool {
+        (**self).go_on(steps)
+    }
+}
+
+/// A probe that counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters([u64; Work::ALL.len()]);
+
+impl Probe for Counters {
+    #[inline(always)]
+    fn add(&mut self, work: Work, n: u64) {
+        self.0[work as usize] += n;
+    }
+}
+
+impl Counters {
+    /// The count of one kind of work.
+    pub fn get(&self, work: Work) -> u64 {
+        self.0[work as usize]
+    }
+
+    /// The kinds that occurred, with their counts.
+    pub fn nonzero(&self) -> impl Iterator<Item = (&'static str, u64)> + '_ {
+        Work::ALL
+            .into_iter()
+            .map(|w| (w.name(), self.get(w)))
+            .filter(|&(_, n)| n > 0)
+    }
+}

@@ -1,0 +1,1 @@
+//! What a finished tree is worth and looks like: walks the tree, never changes it.

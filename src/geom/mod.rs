@@ -1,0 +1,9 @@
+//! Geometry: boxes, rays, triangles. The only surface area and the only triangle tests live here.
+
+mod aabb;
+mod ray;
+mod triangle;
+
+pub use aabb::Aabb;
+pub use ray::Ray;
+pub use triangle::{Hit, Triangle};

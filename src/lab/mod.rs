@@ -1,0 +1,1 @@
+//! The laboratory: jobs, budgets, verification, measurement. The only place that writes rows.

@@ -1,0 +1,1 @@
+//! Refinement: from a tree to a tree.

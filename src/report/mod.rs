@@ -1,0 +1,1 @@
+//! Tables, figures and pages: reads rows, imports nothing else of this crate.

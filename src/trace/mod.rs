@@ -1,0 +1,1 @@
+//! Tracing kernels, one file each, and the probes that count their work.
