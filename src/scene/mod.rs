@@ -1,8 +1,15 @@
 //! Scenes: triangles with their objects and materials, a camera, and an account of what the loader dropped.
 
+mod assemble;
+mod camera;
 mod error;
+mod normals;
+mod spec;
+pub mod thesis;
 
+pub use camera::{CameraError, CameraSpec, View};
 pub use error::SceneError;
+pub use normals::smooth_normals;
 
 use crate::geom::{Aabb, Triangle};
 use glam::Vec3;
