@@ -1,8 +1,12 @@
 //! The tree: one node layout for every arity, and what can be asked of a finished tree.
 
 mod hash;
+#[cfg(test)]
+pub(crate) mod testing;
+mod validate;
 
 pub use hash::{TreeHash, tree_hash};
+pub use validate::{Coverage, Limits, Violation, Violations, validate};
 
 use crate::geom::Aabb;
 

@@ -1,1 +1,11 @@
 //! What a finished tree is worth and looks like: walks the tree, never changes it.
+
+mod clip;
+mod epo;
+mod sah;
+mod stats;
+mod sum;
+
+pub use epo::epo;
+pub use sah::{SahParams, sah};
+pub use stats::{TreeStats, stats};

@@ -1,0 +1,397 @@
+//! The validator: whether a tree is a tree, and what it covers.
+
+use super::{Bvh, NodeKind};
+use crate::geom::Aabb;
+use std::fmt;
+
+/// What a valid tree is held to, besides its own arity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// The most triangles a leaf may hold.
+    pub max_leaf: usize,
+    /// Whether the tree comes from a builder with the thesis' rule Q8, whose nodes hold empty leaves, share triangles
+    /// with their neighbours and have boxes of their own making.
+    pub q8: bool,
+}
+
+impl Default for Limits {
+    /// The thesis' leaf limit of 4, without rule Q8.
+    fn default() -> Self {
+        Self { max_leaf: 4, q8: false }
+    }
+}
+
+/// What a valid tree covers. Without rule Q8 all but `references` are 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Coverage {
+    /// Triangles over all leaves, each as often as it stands there.
+    pub references: usize,
+    /// Triangles that stand in more than one leaf.
+    pub duplicated: usize,
+    /// Triangles that every leaf holding them hides below some box, its own included, that does not contain them, so
+    /// that a ray may miss them.
+    pub hidden: usize,
+    /// Leaves without triangles.
+    pub empty_leaves: usize,
+    /// Nodes that rule Q8 made.
+    pub q8_nodes: usize,
+}
+
+/// One way in which a tree is not valid. Nodes, slots and triangles are named by their index.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Violation {
+    /// There are no nodes.
+    #[error("there is no root")]
+    NoRoot,
+    /// An inner node without children.
+    #[error("inner node {0} has no children")]
+    NoChildren(usize),
+    /// Children beyond the last node.
+    #[error("the children of node {0} lie beyond the last node")]
+    ChildrenOutOfBounds(usize),
+    /// A node that is its own child, or stands behind its child.
+    #[error("node {0} does not stand before its children")]
+    ChildNotBehind(usize),
+    /// A node with two parents.
+    #[error("node {child} is a child of node {parent} and of another one")]
+    Shared {
+        /// The node.
+        child: usize,
+        /// Its later parent.
+        parent: usize,
+    },
+    /// A node that cannot be reached from the root.
+    #[error("node {0} cannot be reached from the root")]
+    Orphan(usize),
+    /// More children than the tree's arity.
+    #[error("node {node} has {children} children, more than the arity {arity}")]
+    TooManyChildren {
+        /// The node.
+        node: usize,
+        /// Its number of children.
+        children: usize,
+        /// The tree's arity.
+        arity: usize,
+    },
+    /// Slots beyond the last one.
+    #[error("the slots of leaf {0} lie beyond the last slot")]
+    SlotsOutOfBounds(usize),
+    /// Leaves that overlap so much that their triangles are not looked at one by one.
+    #[error("the leaves claim {claimed} triangles of {slots} slots")]
+    SlotsClaimed {
+        /// Triangles over all leaves.
+        claimed: usize,
+        /// Slots there are.
+        slots: usize,
+    },
+    /// More triangles than a leaf may hold.
+    #[error("leaf {leaf} holds {triangles} triangles, more than {max_leaf}")]
+    TooManyTriangles {
+        /// The leaf.
+        leaf: usize,
+        /// Its number of triangles.
+        triangles: usize,
+        /// The limit.
+        max_leaf: usize,
+    },
+    /// A leaf without triangles.
+    #[error("leaf {0} is empty")]
+    EmptyLeaf(usize),
+    /// An id that no triangle has.
+    #[error("leaf {leaf} holds triangle {triangle}, which does not exist")]
+    UnknownTriangle {
+        /// The leaf.
+        leaf: usize,
+        /// The id.
+        triangle: u32,
+    },
+    /// A triangle held once more than it should be.
+    #[error("triangle {triangle} stands in leaf {leaf} although it was held before")]
+    Repeated {
+        /// The later leaf.
+        leaf: usize,
+        /// The triangle.
+        triangle: u32,
+    },
+    /// A triangle that no leaf holds.
+    #[error("triangle {0} stands in no leaf")]
+    Missing(usize),
+    /// A box that is not the union of the boxes below it.
+    #[error("the box of node {0} is not the union of the boxes below it")]
+    LooseBox(usize),
+}
+
+/// The first [`Violations::KEPT`] violations of a tree, and how many there are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Violations {
+    /// The first ones, in the order in which they were met; never empty.
+    pub first: Vec<Violation>,
+    /// All of them.
+    pub total: usize,
+}
+
+impl Violations {
+    /// How many violations are kept.
+    pub const KEPT: usize = 16;
+}
+
+impl fmt::Display for Violations {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let first = self.first.first().map(ToString::to_string).unwrap_or_default();
+        match self.total {
+            0 | 1 => write!(f, "invalid tree: {first}"),
+            n => write!(f, "invalid tree: {first} (the first of {n} violations)"),
+        }
+    }
+}
+
+impl std::error::Error for Violations {}
+
+/// Checks a tree over triangles with the given boxes (indexed by triangle id), in time linear in nodes, slots and boxes.
+///
+/// Checked: there is a root; every node but the root is the child of exactly one node, which stands before it; ranges
+/// are in bounds; degrees and leaves keep their limits; no leaf is empty; every triangle stands in exactly one leaf;
+/// every box is exactly the union of the boxes below it.
+///
+/// With [`Limits::q8`] the following is exempt, and nothing else:
+/// - A node of eight children, of which the first seven are empty leaves and the last is not, is one that rule Q8 made.
+///   Its seven leaves may be empty. Its box need not contain its last child's, which must be the union of its own and
+///   of the box of the second to seventh leaf (all alike).
+/// - A triangle may stand in several leaves (but not twice in one). A leaf with such a triangle need not be tight: its
+///   slots may have been permuted after its box was taken.
+///
+/// # Errors
+/// The violations found; garbage of any kind is a violation, never a panic.
+pub fn validate(bvh: &Bvh, boxes: &[Aabb], limits: &Limits) -> Result<Coverage, Violations> {
+    let mut check = Check {
+        bvh,
+        boxes,
+        limits,
+        found: Violations {
+            first: Vec::new(),
+            total: 0,
+        },
+    };
+    let coverage = check.run();
+    if check.found.total == 0 {
+        Ok(coverage)
+    } else {
+        Err(check.found)
+    }
+}
+
+struct Check<'a> {
+    bvh: &'a Bvh,
+    boxes: &'a [Aabb],
+    limits: &'a Limits,
+    found: Violations,
+}
+
+/// What the walk from the root finds out about a node.
+#[derive(Clone, Copy)]
+struct Place {
+    reached: bool,
+    /// Whether the node is one of the seven empty leaves of a node that rule Q8 made.
+    filler: bool,
+    /// Intersection of the boxes on the path from the root, the node's own included: it contains exactly the boxes that
+    /// all of these contain.
+    seen_through: Aabb,
+}
+
+impl Check<'_> {
+    fn report(&mut self, violation: Violation) {
+        if self.found.first.len() < Violations::KEPT {
+            self.found.first.push(violation);
+        }
+        self.found.total += 1;
+    }
+
+    fn run(&mut self) -> Coverage {
+        let mut coverage = Coverage::default();
+        if self.bvh.nodes.is_empty() {
+            self.report(Violation::NoRoot);
+            return coverage;
+        }
+        let places = self.walk(&mut coverage);
+        self.triangles(&places, &mut coverage);
+        coverage
+    }
+
+    /// Checks inner nodes. As children stand behind their parents, a pass over the nodes is a walk from the root.
+    fn walk(&mut self, coverage: &mut Coverage) -> Vec<Place> {
+        let nodes = &self.bvh.nodes;
+        let mut places = vec![
+            Place {
+                reached: false,
+                filler: false,
+                seen_through: Aabb::EMPTY,
+            };
+            nodes.len()
+        ];
+        places[0].reached = true;
+        places[0].seen_through = nodes[0].aabb;
+        for (index, node) in nodes.iter().enumerate() {
+            let place = places[index];
+            if !place.reached {
+                self.report(Violation::Orphan(index));
+                continue;
+            }
+            let NodeKind::Inner(children) = node.kind() else {
+                continue;
+            };
+            if children.is_empty() {
+                self.report(Violation::NoChildren(index));
+                continue;
+            }
+            if children.start <= index {
+                self.report(Violation::ChildNotBehind(index));
+                continue;
+            }
+            if children.end > nodes.len() {
+                self.report(Violation::ChildrenOutOfBounds(index));
+                continue;
+            }
+            if children.len() > self.bvh.arity {
+                self.report(Violation::TooManyChildren {
+                    node: index,
+                    children: children.len(),
+                    arity: self.bvh.arity,
+                });
+            }
+            let q8 = self.limits.q8 && self.made_by_q8(children.clone());
+            coverage.q8_nodes += usize::from(q8);
+            let shared = children.clone().find(|&child| places[child].reached);
+            if let Some(child) = shared {
+                // The rest is not looked at: so no garbage costs more than linear time.
+                self.report(Violation::Shared { child, parent: index });
+                continue;
+            }
+            for child in children.clone() {
+                places[child] = Place {
+                    reached: true,
+                    filler: q8 && child + 1 < children.end,
+                    seen_through: intersection(&place.seen_through, &nodes[child].aabb),
+                };
+            }
+            let tight = if q8 {
+                self.q8_boxes_fit(index, children)
+            } else {
+                node.aabb == Aabb::union_of(nodes[children].iter().map(|n| &n.aabb))
+            };
+            if !tight {
+                self.report(Violation::LooseBox(index));
+            }
+        }
+        places
+    }
+
+    fn made_by_q8(&self, children: std::ops::Range<usize>) -> bool {
+        let is_empty_leaf = |child: usize| self.bvh.nodes[child].is_leaf() && self.bvh.nodes[child].count() == 0;
+        let last = children.end - 1;
+        children.len() == 8 && !is_empty_leaf(last) && (children.start..last).all(is_empty_leaf)
+    }
+
+    /// What follows of the boxes from the rule's text: the first leaf has the box of one of the node's triangles, the
+    /// next six have that of its left neighbour, and the last child covers the node's triangles and the neighbour.
+    fn q8_boxes_fit(&self, index: usize, children: std::ops::Range<usize>) -> bool {
+        let node = &self.bvh.nodes[index].aabb;
+        let child = |k: usize| &self.bvh.nodes[children.start + k].aabb;
+        node.contains(child(0)) && (2..7).all(|k| child(k) == child(1)) && child(7) == &Aabb::union_of([node, child(1)])
+    }
+
+    /// Checks leaves and what they hold.
+    fn triangles(&mut self, places: &[Place], coverage: &mut Coverage) {
+        let (nodes, ids) = (&self.bvh.nodes, &self.bvh.triangle_ids);
+        let reached = || (0..nodes.len()).filter(|&i| places[i].reached && nodes[i].is_leaf());
+        // Rule Q8 lets no slot stand in more than a few leaves; beyond that it is garbage that would take long to walk.
+        let claimed = reached().map(|leaf| nodes[leaf].count()).fold(0, usize::saturating_add);
+        let slots = ids.len();
+        let claims_fit = claimed <= 64 + slots.saturating_mul(8);
+        if !claims_fit {
+            self.report(Violation::SlotsClaimed { claimed, slots });
+        }
+        let mut sound = Vec::new();
+        for leaf in reached() {
+            let slots = nodes[leaf].range();
+            if slots.is_empty() {
+                coverage.empty_leaves += 1;
+                if !places[leaf].filler {
+                    self.report(Violation::EmptyLeaf(leaf));
+                }
+            } else if slots.end > ids.len() {
+                self.report(Violation::SlotsOutOfBounds(leaf));
+            } else {
+                if slots.len() > self.limits.max_leaf {
+                    self.report(Violation::TooManyTriangles {
+                        leaf,
+                        triangles: slots.len(),
+                        max_leaf: self.limits.max_leaf,
+                    });
+                }
+                sound.push(leaf);
+            }
+        }
+        if claims_fit {
+            coverage.references = claimed;
+            let holders = self.holders(&sound, places, coverage);
+            self.leaf_boxes(&sound, &holders);
+        }
+    }
+
+    /// Checks that every triangle is held, and how often. Returns for every triangle how many leaves hold it.
+    fn holders(&mut self, leaves: &[usize], places: &[Place], coverage: &mut Coverage) -> Vec<u32> {
+        let mut held = vec![0u32; self.boxes.len()];
+        let mut last_holder = vec![usize::MAX; self.boxes.len()];
+        let mut visible = vec![false; self.boxes.len()];
+        for &leaf in leaves {
+            for &triangle in self.bvh.leaf_triangles(leaf) {
+                let t = triangle as usize;
+                if t >= self.boxes.len() {
+                    self.report(Violation::UnknownTriangle { leaf, triangle });
+                    continue;
+                }
+                if held[t] > 0 && (!self.limits.q8 || last_holder[t] == leaf) {
+                    self.report(Violation::Repeated { leaf, triangle });
+                }
+                held[t] += u32::from(last_holder[t] != leaf);
+                last_holder[t] = leaf;
+                visible[t] |= places[leaf].seen_through.contains(&self.boxes[t]);
+            }
+        }
+        for t in 0..self.boxes.len() {
+            match held[t] {
+                0 => self.report(Violation::Missing(t)),
+                n => {
+                    coverage.duplicated += usize::from(n > 1);
+                    coverage.hidden += usize::from(!visible[t]);
+                }
+            }
+        }
+        held
+    }
+
+    fn leaf_boxes(&mut self, leaves: &[usize], held: &[u32]) {
+        for &leaf in leaves {
+            let ids = self.bvh.leaf_triangles(leaf);
+            if ids.iter().any(|&t| t as usize >= held.len()) {
+                continue;
+            }
+            let exempt = self.limits.q8 && ids.iter().any(|&t| held[t as usize] > 1);
+            let union = Aabb::union_of(ids.iter().map(|&t| &self.boxes[t as usize]));
+            if !exempt && self.bvh.nodes[leaf].aabb != union {
+                self.report(Violation::LooseBox(leaf));
+            }
+        }
+    }
+}
+
+/// The box of the points in both; one that contains nothing where a corner is NaN.
+fn intersection(a: &Aabb, b: &Aabb) -> Aabb {
+    if a.is_empty() || b.is_empty() {
+        return Aabb::EMPTY;
+    }
+    Aabb::new(a.min.max(b.min), a.max.min(b.max))
+}
+
+#[cfg(test)]
+mod tests;
