@@ -1,10 +1,16 @@
 //! Builders: from the boxes of triangles to a tree. Plain functions; they neither time nor print.
 
+pub mod bottom_up;
 mod cost;
 mod probe;
+mod registry;
+#[cfg(test)]
+mod testing;
+pub mod top_down;
 
 pub use cost::{CHILD_COST_SCALE_BITS, ChildCost};
-pub use probe::{Counters, Probe, Work};
+pub use probe::{Brake, Counters, Probe, Work};
+pub use registry::{BUILDERS, BuildOptions, Builder, Engine, Preset, find};
 
 /// Why a builder returned no tree.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -1,5 +1,7 @@
 //! Work counters and the brake: a type parameter of every builder, so that an unprobed build pays nothing.
 
+use std::time::Instant;
+
 /// Kinds of work that a builder counts, each where it is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(usize)]
@@ -86,6 +88,45 @@ impl<P: Probe> Probe for &mut P {
     #[inline(always)]
     fn go_on(&mut self, steps: u64) -> bool {
         (**self).go_on(steps)
+    }
+}
+
+/// A probe that stops the build at a point in time, and adds up the steps done until then.
+#[derive(Clone, Debug, Default)]
+pub struct Brake {
+    deadline: Option<Instant>,
+    steps: u64,
+    unchecked: u64,
+}
+
+impl Brake {
+    /// Looking at the clock costs as much as some tens of steps.
+    const STEPS_BETWEEN_LOOKS: u64 = 1 << 16;
+
+    /// Stops at `deadline`; never without one.
+    pub fn new(deadline: Option<Instant>) -> Self {
+        Self {
+            deadline,
+            ..Self::default()
+        }
+    }
+
+    /// Elementary steps reported so far.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+}
+
+impl Probe for Brake {
+    #[inline]
+    fn go_on(&mut self, steps: u64) -> bool {
+        self.steps += steps;
+        self.unchecked += steps;
+        if self.unchecked < Self::STEPS_BETWEEN_LOOKS {
+            return true;
+        }
+        self.unchecked = 0;
+        self.deadline.is_none_or(|at| Instant::now() < at)
     }
 }
 

@@ -1,0 +1,128 @@
+//! `bottom-up`, preset `published`, engine `literal`: a chain of nearest neighbours, all live clusters scanned for each.
+//!
+//! Source: what the program of Beick 2014 does. A is the cluster whose centre is nearest the origin, B the nearest to A,
+//! d their distance. Then, again and again: C is the nearest to B; if C is A, or d ≤ d(B, C), A and B merge into the new A,
+//! whose nearest becomes B and d their distance; otherwise A ← B and B ← C, and d *stays* what it was. Distances are
+//! those of box centres; ties go to the lowest id.
+//!
+//! Deviation: the original found nearest clusters in a kd-tree, whose walk decided ties.
+
+use super::clusters::{Cluster, Dead, clusters, distance_squared};
+use crate::build::{BuildError, Probe, Unfinished, Work, check_boxes};
+use crate::bvh::Bvh;
+use crate::geom::Aabb;
+use glam::{DVec3, Vec3};
+
+/// Sees the searches and merges of the chain as they happen, so that another structure can be run beside it.
+pub trait Observer {
+    /// The nearest cluster to `centre` other than `id` itself was asked for.
+    fn search(&mut self, id: u32, centre: Vec3) {
+        let _ = (id, centre);
+    }
+
+    /// The clusters `a` and `b` gave way to one with the smaller id and this centre.
+    fn merge(&mut self, a: (u32, Vec3), b: (u32, Vec3), merged: (u32, Vec3)) {
+        let _ = (a, b, merged);
+    }
+}
+
+impl Observer for () {}
+
+/// Builds the binary tree over `boxes`, one per triangle.
+///
+/// # Errors
+/// Boxes that [`check_boxes`] refuses, [`BuildError::Circling`], or the probe's stop.
+pub fn build<P: Probe, O: Observer>(boxes: &[Aabb], probe: &mut P, observer: &mut O) -> Result<Bvh, BuildError> {
+    check_boxes(boxes)?;
+    let mut live = Live::new(clusters(boxes));
+    let mut dead = Dead::default();
+    if live.clusters.len() == 1 {
+        return Ok(live.clusters.remove(0).into_tree(&dead));
+    }
+    let mut a = live.nearest_to_origin();
+    let (mut b, mut d) = live.nearest(a, probe, observer);
+    // Without a merge the chain's next step depends on A alone, so it cannot be longer than the clusters are many
+    // unless it goes round in a circle.
+    let mut steps = 0;
+    loop {
+        let (c, d_bc) = live.nearest(b, probe, observer);
+        if c == a || d <= d_bc {
+            let merged = live.merge(a, b, &mut dead, observer);
+            probe.add(Work::Merges, 1);
+            if live.clusters.len() == 1 {
+                return Ok(live.clusters.remove(0).into_tree(&dead));
+            }
+            a = merged;
+            (b, d) = live.nearest(a, probe, observer);
+            steps = 0;
+        } else {
+            (a, b) = (b, c);
+            steps += 1;
+            if steps > live.clusters.len() as u64 {
+                return Err(BuildError::Circling(steps));
+            }
+        }
+        if !probe.go_on(live.clusters.len() as u64) {
+            return Err(BuildError::Stopped(Unfinished {
+                pending: vec![live.clusters.len()],
+            }));
+        }
+    }
+}
+
+/// The clusters not yet merged, in no particular order, and their centres for the scan.
+struct Live {
+    clusters: Vec<Cluster>,
+    centres: Vec<DVec3>,
+}
+
+impl Live {
+    fn new(clusters: Vec<Cluster>) -> Self {
+        let centres = clusters.iter().map(|c| c.centre.as_dvec3()).collect();
+        Self { clusters, centres }
+    }
+
+    fn nearest_to_origin(&self) -> usize {
+        let key = |i: &usize| (distance_squared(self.centres[*i], DVec3::ZERO), self.clusters[*i].id);
+        (0..self.clusters.len())
+            .min_by(|a, b| key(a).partial_cmp(&key(b)).expect("distances are numbers"))
+            .expect("at least one cluster")
+    }
+
+    /// The live cluster nearest to cluster `of`, among equals the one with the lowest id, and its squared distance.
+    fn nearest<P: Probe, O: Observer>(&self, of: usize, probe: &mut P, observer: &mut O) -> (usize, f64) {
+        observer.search(self.clusters[of].id, self.clusters[of].centre);
+        probe.add(Work::NearestSearches, 1);
+        let centre = self.centres[of];
+        let mut best = (usize::MAX, f64::INFINITY);
+        for (i, &other) in self.centres.iter().enumerate() {
+            let d = distance_squared(centre, other);
+            probe.add(Work::PairDistances, 1);
+            if d <= best.1 && i != of {
+                let tied = d == best.1 && best.0 != usize::MAX;
+                if !tied || self.clusters[i].id < self.clusters[best.0].id {
+                    best = (i, d);
+                }
+            }
+        }
+        best
+    }
+
+    /// Merges the clusters at `a` and `b` and returns where the new one stands.
+    fn merge<O: Observer>(&mut self, a: usize, b: usize, dead: &mut Dead, observer: &mut O) -> usize {
+        // The one farther back leaves first, so that the other's place stays what it is.
+        let (front, back) = (a.min(b), a.max(b));
+        self.centres.swap_remove(back);
+        let second = self.clusters.swap_remove(back);
+        let first = self.clusters[front].clone();
+        let parts = ((first.id, first.centre), (second.id, second.centre));
+        let merged = first.merge(second, dead);
+        observer.merge(parts.0, parts.1, (merged.id, merged.centre));
+        self.centres[front] = merged.centre.as_dvec3();
+        self.clusters[front] = merged;
+        front
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,43 @@
+//! Boxes for tests: random ones, and ones on a small integer grid that provoke ties everywhere.
+
+use crate::bvh::Bvh;
+use crate::geom::Aabb;
+use glam::Vec3;
+use proptest::prelude::*;
+
+/// Boxes with random corners in a cube.
+pub fn scattered(n: impl Into<proptest::collection::SizeRange>) -> impl Strategy<Value = Vec<Aabb>> {
+    let corner = || (-1.0f32..1.0, -1.0f32..1.0, -1.0f32..1.0).prop_map(|(x, y, z)| Vec3::new(x, y, z));
+    let aabb = (corner(), corner(), 0.0f32..0.3).prop_map(|(a, b, size)| Aabb::around([a, a + b * size]));
+    proptest::collection::vec(aabb, n)
+}
+
+/// Boxes with corners on a grid of few integers: equal keys, duplicates, flat boxes, equal areas.
+pub fn on_a_grid(n: impl Into<proptest::collection::SizeRange>) -> impl Strategy<Value = Vec<Aabb>> {
+    let corner = || (0u8..4, 0u8..4, 0u8..3).prop_map(|(x, y, z)| Vec3::new(x.into(), y.into(), z.into()));
+    let aabb = (corner(), corner()).prop_map(|(a, b)| Aabb::around([a, b]));
+    proptest::collection::vec(aabb, n)
+}
+
+/// Either of the two.
+pub fn any_boxes(n: std::ops::RangeInclusive<usize>) -> impl Strategy<Value = Vec<Aabb>> {
+    prop_oneof![scattered(n.clone()), on_a_grid(n)]
+}
+
+/// Triangles below each inner node, in no particular order.
+pub fn inner_sizes(bvh: &Bvh) -> Vec<usize> {
+    let mut below = vec![0; bvh.nodes.len()];
+    let mut sizes = Vec::new();
+    for index in (0..bvh.nodes.len()).rev() {
+        let node = &bvh.nodes[index];
+        below[index] = if node.is_leaf() {
+            node.count()
+        } else {
+            bvh.children(index).map(|c| below[c]).sum()
+        };
+        if !node.is_leaf() {
+            sizes.push(below[index]);
+        }
+    }
+    sizes
+}

@@ -1,0 +1,245 @@
+//! The engine against the specification written down word by word, its counts against the closed form.
+
+use super::super::Published;
+use super::build;
+use crate::build::testing::{any_boxes, inner_sizes};
+use crate::build::{Brake, BuildError, ChildCost, Counters, Work};
+use crate::bvh::{Bvh, tree_hash};
+use crate::geom::Aabb;
+use glam::Vec3;
+use proptest::prelude::*;
+
+/// The tree as the specification's recursion describes it.
+enum Spec {
+    Leaf { start: usize, n: usize },
+    Inner(Vec<Spec>),
+}
+
+/// `build(start, n)` of the specification, every combination uniting all boxes again.
+fn specified(boxes: &[Aabb], order: &mut [u32], start: usize, n: usize, p: &Published) -> Spec {
+    let union = |slots: &[u32]| Aabb::union_of(slots.iter().map(|&t| &boxes[t as usize]));
+    let node = union(&order[start..start + n]);
+    if n <= 4 {
+        return Spec::Leaf { start, n };
+    }
+    let sort = |order: &mut [u32], axis: usize| {
+        order[start..start + n].sort_by(|&a, &b| {
+            let key = |t: u32| boxes[t as usize].min[axis];
+            key(a).total_cmp(&key(b)).then(a.cmp(&b))
+        });
+    };
+    let mut d = p.candidates;
+    while n / d == 0 {
+        d /= 2;
+    }
+    let spaced = |stride: usize| (1..).map(|i| i * stride).take_while(|&c| c < n).collect();
+    let mut candidates: Vec<usize> = spaced(n / d);
+    if candidates.len() < p.arity - 1 {
+        // Only with other numbers of candidates than the thesis', or when not even every rank is enough.
+        candidates = spaced(1);
+    }
+    let cost = ChildCost::new(&node, n);
+    let mut best: Option<(i64, usize, Vec<usize>)> = None;
+    for axis in 0..3 {
+        sort(order, axis);
+        for choice in choices(&candidates, p.arity - 1) {
+            let mut total = 0;
+            for (from, to) in ranges(&choice, n) {
+                total += cost.term(&union(&order[start + from..start + to]), to - from - 1);
+            }
+            if best.as_ref().is_none_or(|b| total < b.0) {
+                best = Some((total, axis, choice));
+            }
+        }
+    }
+    match best {
+        Some((_, axis, choice)) => {
+            sort(order, axis);
+            let children = ranges(&choice, n);
+            Spec::Inner(
+                children
+                    .into_iter()
+                    .map(|(a, b)| specified(boxes, order, start + a, b - a, p))
+                    .collect(),
+            )
+        }
+        None if !p.q8 || start == 0 => {
+            Spec::Inner((start..start + n).map(|start| Spec::Leaf { start, n: 1 }).collect())
+        }
+        None => {
+            let mut children: Vec<Spec> = (0..7).map(|_| Spec::Leaf { start, n: 0 }).collect();
+            children.push(specified(boxes, order, start - 1, n + 1, p));
+            Spec::Inner(children)
+        }
+    }
+}
+
+fn ranges(splits: &[usize], n: usize) -> Vec<(usize, usize)> {
+    let starts = [0].into_iter().chain(splits.iter().copied());
+    starts.zip(splits.iter().copied().chain([n])).collect()
+}
+
+/// Every choice of `k` of `from`, in lexicographic order.
+fn choices(from: &[usize], k: usize) -> Vec<Vec<usize>> {
+    if k == 0 {
+        return vec![vec![]];
+    }
+    let mut all = Vec::new();
+    for (i, &first) in from.iter().enumerate() {
+        for mut rest in choices(&from[i + 1..], k - 1) {
+            rest.insert(0, first);
+            all.push(rest);
+        }
+    }
+    all
+}
+
+fn same(spec: &Spec, order: &[u32], bvh: &Bvh, index: usize) -> bool {
+    match spec {
+        Spec::Leaf { start, n } => {
+            let sorted = |ids: &[u32]| {
+                let mut ids = ids.to_vec();
+                ids.sort();
+                ids
+            };
+            bvh.nodes[index].is_leaf() && sorted(bvh.leaf_triangles(index)) == sorted(&order[*start..start + n])
+        }
+        Spec::Inner(children) => {
+            children.len() == bvh.children(index).len()
+                && children
+                    .iter()
+                    .zip(bvh.children(index))
+                    .all(|(spec, child)| same(spec, order, bvh, child))
+        }
+    }
+}
+
+fn check(boxes: &[Aabb], p: &Published) {
+    let bvh = build(boxes, p, &mut ()).unwrap();
+    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+    let spec = specified(boxes, &mut order, 0, boxes.len(), p);
+    assert!(same(&spec, &order, &bvh, 0), "{p:?} {boxes:?}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn binary_is_as_specified(boxes in any_boxes(1..=150)) {
+        check(&boxes, &Published::at_arity(2));
+    }
+
+    #[test]
+    fn quaternary_is_as_specified(boxes in any_boxes(1..=40)) {
+        check(&boxes, &Published::at_arity(4));
+    }
+
+    #[test]
+    fn octonary_is_as_specified_with_and_without_q8(boxes in any_boxes(1..=16)) {
+        check(&boxes, &Published::at_arity(8));
+        check(&boxes, &Published { q8: false, ..Published::at_arity(8) });
+    }
+
+    #[test]
+    fn octonary_with_few_candidates_and_overlapping_q8_nodes(boxes in any_boxes(17..=120)) {
+        check(&boxes, &Published { arity: 8, candidates: 9, q8: true });
+    }
+
+    #[test]
+    fn counts_equal_the_closed_form(boxes in any_boxes(5..=60), few in 4usize..9) {
+        for p in [
+            Published { arity: 2, candidates: few, q8: true },
+            Published { arity: 4, candidates: few, q8: true },
+            Published { arity: 8, candidates: few + 4, q8: false },
+        ] {
+            let mut counters = Counters::default();
+            let bvh = build(&boxes, &p, &mut counters).unwrap();
+            let sizes = inner_sizes(&bvh);
+            let combinations: u64 = sizes.iter().map(|&n| p.combinations(n)).sum();
+            prop_assert_eq!(counters.get(Work::Combinations), combinations);
+            let unions: u64 = sizes.iter().map(|&n| p.combinations(n) * n as u64).sum();
+            prop_assert_eq!(counters.get(Work::OriginalUnions), unions);
+            prop_assert_eq!(tree_hash(&bvh), tree_hash(&build(&boxes, &p, &mut ()).unwrap()));
+        }
+    }
+}
+
+/// A row of unit cubes; cube i spans i … i + 1 on x.
+fn row(n: usize) -> Vec<Aabb> {
+    (0..n)
+        .map(|i| Aabb::new(Vec3::new(i as f32, 0.0, 0.0), Vec3::new(i as f32 + 1.0, 1.0, 1.0)))
+        .collect()
+}
+
+#[test]
+fn rule_q8_at_the_start_makes_leaves_of_one_and_is_counted() {
+    for n in 5..=7 {
+        let mut counters = Counters::default();
+        let bvh = build(&row(n), &Published::at_arity(8), &mut counters).unwrap();
+        assert_eq!(bvh.children(0).len(), n);
+        assert!(bvh.children(0).all(|c| bvh.leaf_triangles(c).len() == 1));
+        assert_eq!((counters.get(Work::Q8AtStart), counters.get(Work::Q8Nodes)), (1, 0));
+    }
+}
+
+#[test]
+fn rule_q8_reaches_back_into_its_left_neighbour() {
+    // Two far clusters of four and seven, among eight candidates: the second becomes a node of seven at slot 4.
+    let mut boxes = row(4);
+    boxes.extend(
+        row(7)
+            .iter()
+            .map(|b| Aabb::new(b.min + Vec3::X * 1e3, b.max + Vec3::X * 1e3)),
+    );
+    let p = Published {
+        arity: 8,
+        candidates: 8,
+        q8: true,
+    };
+    let mut counters = Counters::default();
+    let bvh = build(&boxes, &p, &mut counters).unwrap();
+    let q8 = counters.get(Work::Q8Nodes);
+    let empty = (0..bvh.nodes.len())
+        .filter(|&i| bvh.nodes[i].is_leaf() && bvh.nodes[i].count() == 0)
+        .count();
+    assert_eq!(empty as u64, 7 * q8);
+    check(&boxes, &p);
+}
+
+#[test]
+fn a_stopped_build_says_what_was_left() {
+    let mut brake = Brake::new(Some(std::time::Instant::now()));
+    let boxes = row(3000);
+    let Err(BuildError::Stopped(unfinished)) = build(&boxes, &Published::at_arity(4), &mut brake) else {
+        panic!("a deadline in the past stops the build");
+    };
+    let left: usize = unfinished.pending.iter().sum();
+    assert!(left > 0 && left <= boxes.len());
+    assert!(brake.steps() > 0);
+}
+
+#[test]
+fn bad_parameters_and_boxes_are_refused() {
+    let refused = |arity, candidates| {
+        build(
+            &row(9),
+            &Published {
+                arity,
+                candidates,
+                q8: true,
+            },
+            &mut (),
+        )
+        .is_err()
+    };
+    assert!(refused(1, 100) && refused(9, 100) && refused(4, 3));
+    assert_eq!(
+        build(&[], &Published::at_arity(2), &mut ()),
+        Err(BuildError::NoTriangles)
+    );
+    let nan = [Aabb::new(Vec3::NAN, Vec3::ONE)];
+    assert_eq!(
+        build(&nan, &Published::at_arity(2), &mut ()),
+        Err(BuildError::InvalidBox(0))
+    );
+}

@@ -1,0 +1,314 @@
+//! `top-down`, preset `text`, engine `literal`: every combination of planes out of all three axes.
+//!
+//! Source: Beick 2014, "Construction Algorithms", as its words say ("seven of 75"). A node of more than four triangles
+//! offers P evenly spaced planes per axis of its box. Every choice of arity − 1 of all 3P is evaluated: in index order
+//! (x planes, then y, then z) each plane takes what lies below it of what is left, and the rest is the last child. The
+//! cost is Σ SA(child); every child must hold a triangle; the lexicographically first of the cheapest wins. When no
+//! choice separates, one plane fewer is tried, and so on; when not even one plane does, the list is halved by id.
+//!
+//! What combinations with a common prefix have in common (the triangles left, the boxes of the slabs between planes of
+//! one axis) is computed once for them; each combination is evaluated and counted on its own, inadmissible ones too.
+//!
+//! Deviation: "centre < plane" is decided as (centre − min)·(P + 1) < (i + 1)·extent, which is the same inequality
+//! without the rounding of the plane's position, so that moving a scene, where its coordinates stay exact, changes
+//! no split.
+
+use super::{MAX_LEAF, Text};
+use crate::build::{BuildError, CHILD_COST_SCALE_BITS, ChildCost, Probe, Unfinished, Work, check_boxes};
+use crate::bvh::{Bvh, Node};
+use crate::geom::Aabb;
+
+/// The term of a child without triangles: more than any admissible sum, and eight of them still fit an i64.
+const INADMISSIBLE: i64 = 1 << (CHILD_COST_SCALE_BITS + 1);
+
+/// Builds the tree over `boxes`, one per triangle.
+///
+/// # Errors
+/// Boxes that [`check_boxes`] refuses, an arity below 2 or above 8, a number of planes outside 1 … 255, or the
+/// probe's stop.
+pub fn build<P: Probe>(boxes: &[Aabb], params: &Text, probe: &mut P) -> Result<Bvh, BuildError> {
+    check_boxes(boxes)?;
+    if !(2..=8).contains(&params.arity) {
+        return Err(BuildError::Arity(params.arity));
+    }
+    if !(1..=255).contains(&params.planes) {
+        return Err(BuildError::Parameter(format!(
+            "{} planes per axis: use 1 to 255",
+            params.planes
+        )));
+    }
+    let n = boxes.len();
+    let mut order: Vec<u32> = (0..n as u32).collect();
+    let mut nodes = vec![Node::leaf(Aabb::EMPTY, 0, 0)];
+    let mut pending = vec![(0, 0..n)];
+    let mut splitter = Splitter {
+        boxes,
+        params,
+        levels: [const { Level::EMPTY }; 3],
+        probe,
+    };
+    while let Some((node, slots)) = pending.pop() {
+        let ids = &mut order[slots.clone()];
+        let aabb = Aabb::union_of(ids.iter().map(|&t| &boxes[t as usize]));
+        splitter.probe.add(Work::BoxUnions, ids.len() as u64);
+        if ids.len() <= MAX_LEAF {
+            nodes[node] = Node::leaf(aabb, slots.start, ids.len());
+            continue;
+        }
+        let Some(sizes) = splitter.split(ids, &aabb) else {
+            let sizes = pending.iter().map(|(_, slots)| slots.len()).chain([slots.len()]);
+            return Err(BuildError::Stopped(Unfinished {
+                pending: sizes.collect(),
+            }));
+        };
+        let first = nodes.len();
+        nodes[node] = Node::inner(aabb, first, sizes.len());
+        nodes.resize(first + sizes.len(), Node::leaf(Aabb::EMPTY, 0, 0));
+        let mut start = slots.start;
+        for (k, size) in sizes.iter().enumerate() {
+            pending.push((first + k, start..start + size));
+            start += size;
+        }
+        let lined_up = pending.len() - sizes.len();
+        pending[lined_up..].reverse();
+    }
+    Ok(Bvh {
+        nodes,
+        triangle_ids: order,
+        arity: params.arity,
+    })
+}
+
+/// Splits one node after another, with the same tables.
+struct Splitter<'a, P> {
+    boxes: &'a [Aabb],
+    params: &'a Text,
+    levels: [Level; 3],
+    probe: &'a mut P,
+}
+
+impl<P: Probe> Splitter<'_, P> {
+    /// Reorders `ids` (rising, and rising within each child afterwards) and returns the children's sizes; `None` when
+    /// the probe asked to stop.
+    fn split(&mut self, ids: &mut [u32], aabb: &Aabb) -> Option<Vec<usize>> {
+        let Text { arity, planes } = *self.params;
+        let item = |&t: &u32| {
+            let triangle = self.boxes[t as usize];
+            Item {
+                aabb: triangle,
+                bins: bins(&triangle, aabb, planes),
+            }
+        };
+        let triangles: Vec<Item> = ids.iter().map(item).collect();
+        for choose in (1..arity).rev() {
+            let mut search = Search {
+                planes,
+                n: ids.len() as u64,
+                cost: ChildCost::new(aabb, arity),
+                best_cost: INADMISSIBLE,
+                best: [0; MAX_PLANES],
+                chosen: [0; MAX_PLANES],
+                steps: 0,
+                probe: self.probe,
+            };
+            self.levels[0].items.clone_from(&triangles);
+            search.axis(
+                0,
+                &mut self.levels,
+                Chosen {
+                    depth: 0,
+                    left: choose,
+                    sum: 0,
+                },
+            )?;
+            let (best_cost, chosen) = (search.best_cost, search.best);
+            if best_cost < INADMISSIBLE {
+                self.probe.add(Work::Fallbacks, u64::from(choose + 1 < arity));
+                return Some(partition(ids, &triangles, &chosen[..choose], planes));
+            }
+        }
+        self.probe.add(Work::Fallbacks, 1);
+        Some(vec![ids.len() / 2, ids.len() - ids.len() / 2])
+    }
+}
+
+/// Sorts `ids` stably by child and returns the children's sizes.
+fn partition(ids: &mut [u32], triangles: &[Item], chosen: &[usize], planes: usize) -> Vec<usize> {
+    let child = |item: &Item| {
+        let below = |&plane: &usize| usize::from(item.bins[plane / planes]) <= plane % planes;
+        chosen.iter().position(below).unwrap_or(chosen.len())
+    };
+    let mut sizes = vec![0; chosen.len() + 1];
+    let mut keyed: Vec<(usize, u32)> = triangles.iter().map(child).zip(ids.iter().copied()).collect();
+    keyed.sort_by_key(|&(child, _)| child);
+    for (slot, (child, id)) in ids.iter_mut().zip(keyed) {
+        *slot = id;
+        sizes[child] += 1;
+    }
+    sizes
+}
+
+/// Planes chosen in the widest node.
+const MAX_PLANES: usize = 7;
+
+/// A triangle within its node.
+#[derive(Clone, Copy)]
+struct Item {
+    aabb: Aabb,
+    /// Per axis, how many planes its centre is not below; it is below plane i when its bin is at most i.
+    bins: [u8; 3],
+}
+
+fn bins(triangle: &Aabb, node: &Aabb, planes: usize) -> [u8; 3] {
+    let offset = (triangle.centre() - node.min.as_dvec3()) * (planes + 1) as f64;
+    let extent = node.extent();
+    let below = |axis: usize, i: usize| offset[axis] < (i + 1) as f64 * extent[axis];
+    [0, 1, 2].map(|axis| (0..planes).filter(|&i| !below(axis, i)).count() as u8)
+}
+
+/// What is left of a node when the planes of an axis come to be chosen, cut into slabs along that axis.
+struct Level {
+    items: Vec<Item>,
+    slabs: Vec<(Aabb, u32)>,
+    /// `cost[a·(P+2) + b]`: the child made of slabs a … b − 1.
+    cost: Vec<i64>,
+    /// `rest[a]`: the child made of slabs a … P.
+    rest: Vec<i64>,
+}
+
+impl Level {
+    const EMPTY: Self = Self {
+        items: Vec::new(),
+        slabs: Vec::new(),
+        cost: Vec::new(),
+        rest: Vec::new(),
+    };
+
+    /// Fills the tables for planes of `axis`; the rows beyond the first only where more than one plane is `left`.
+    fn fill<P: Probe>(&mut self, axis: usize, planes: usize, left: usize, cost: &ChildCost, probe: &mut P) {
+        self.slabs.clear();
+        self.slabs.resize(planes + 1, (Aabb::EMPTY, 0));
+        for item in &self.items {
+            let (aabb, count) = &mut self.slabs[usize::from(item.bins[axis])];
+            *aabb = aabb.union(&item.aabb);
+            *count += 1;
+        }
+        probe.add(Work::BoxUnions, self.items.len() as u64);
+        let width = planes + 2;
+        self.cost.resize(width * width, 0);
+        self.rest.resize(width, INADMISSIBLE);
+        for a in 0..if left > 1 { planes + 1 } else { 1 } {
+            let mut child = Child::NONE;
+            for b in a + 1..=planes + 1 {
+                self.cost[a * width + b] = child.with(&self.slabs[b - 1], cost, probe);
+            }
+        }
+        let mut child = Child::NONE;
+        for a in (0..=planes).rev() {
+            self.rest[a] = child.with(&self.slabs[a], cost, probe);
+        }
+    }
+}
+
+/// A child that grows slab by slab, and its term.
+struct Child {
+    aabb: Aabb,
+    term: i64,
+}
+
+impl Child {
+    const NONE: Self = Self {
+        aabb: Aabb::EMPTY,
+        term: INADMISSIBLE,
+    };
+
+    /// Adds a slab and returns the term; an empty slab changes nothing.
+    fn with<P: Probe>(&mut self, slab: &(Aabb, u32), cost: &ChildCost, probe: &mut P) -> i64 {
+        if slab.1 > 0 {
+            self.aabb = self.aabb.union(&slab.0);
+            self.term = cost.term(&self.aabb, 1);
+            probe.add(Work::BoxUnions, 1);
+            probe.add(Work::ChildCosts, 1);
+        }
+        self.term
+    }
+}
+
+/// A prefix of a combination.
+#[derive(Clone, Copy)]
+struct Chosen {
+    /// Planes in it.
+    depth: usize,
+    /// Planes still to choose, at least one.
+    left: usize,
+    /// Cost of the children cut off so far.
+    sum: i64,
+}
+
+struct Search<'a, P> {
+    planes: usize,
+    n: u64,
+    cost: ChildCost,
+    best_cost: i64,
+    best: [usize; MAX_PLANES],
+    chosen: [usize; MAX_PLANES],
+    steps: u64,
+    probe: &'a mut P,
+}
+
+impl<P: Probe> Search<'_, P> {
+    /// Continues the prefix `so_far` with planes of `axis` and the axes after it; the items of `levels[0]` are what is
+    /// left. `None` when the probe asked to stop.
+    fn axis(&mut self, axis: usize, levels: &mut [Level], so_far: Chosen) -> Option<()> {
+        if !self.probe.go_on(std::mem::take(&mut self.steps)) {
+            return None;
+        }
+        levels[0].fill(axis, self.planes, so_far.left, &self.cost, self.probe);
+        self.planes_from(0, axis, levels, so_far)
+    }
+
+    /// Continues the prefix with plane `from` of `axis` or a later one.
+    fn planes_from(&mut self, from: usize, axis: usize, levels: &mut [Level], so_far: Chosen) -> Option<()> {
+        let Chosen { depth, left, sum } = so_far;
+        let row = from * (self.planes + 2);
+        if left == 1 {
+            let level = &levels[0];
+            for plane in from..self.planes {
+                let total = sum + level.cost[row + plane + 1] + level.rest[plane + 1];
+                self.probe.add(Work::Combinations, 1);
+                self.probe.add(Work::OriginalUnions, self.n);
+                if total < self.best_cost {
+                    self.best_cost = total;
+                    self.chosen[depth] = axis * self.planes + plane;
+                    self.best = self.chosen;
+                }
+            }
+            self.steps += (self.planes - from) as u64;
+        } else {
+            for plane in from..self.planes {
+                self.chosen[depth] = axis * self.planes + plane;
+                let sum = sum + levels[0].cost[row + plane + 1];
+                self.planes_from(
+                    plane + 1,
+                    axis,
+                    levels,
+                    Chosen {
+                        depth: depth + 1,
+                        left: left - 1,
+                        sum,
+                    },
+                )?;
+            }
+        }
+        if let [level, next, ..] = levels {
+            next.items.clear();
+            next.items
+                .extend(level.items.iter().filter(|item| usize::from(item.bins[axis]) >= from));
+            self.axis(axis + 1, &mut levels[1..], so_far)?;
+        }
+        Some(())
+    }
+}
+
+#[cfg(test)]
+mod tests;
