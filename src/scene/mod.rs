@@ -3,6 +3,7 @@
 mod assemble;
 mod camera;
 mod error;
+pub mod families;
 mod normals;
 mod spec;
 pub mod thesis;

@@ -52,7 +52,7 @@ mod tests {
     use crate::scene::thesis;
 
     fn scene(objects: &[&[[[f64; 3]; 3]]]) -> Scene {
-        let mut parts = Assembly::default();
+        let mut parts = Assembly::with_limit(objects.iter().map(|o| o.len()).sum());
         for triangles in objects {
             parts.begin("part");
             triangles.iter().for_each(|t| parts.push(t.map(DVec3::from)));

@@ -1,37 +1,73 @@
 //! The words that name a scene: the one place where they are understood.
 
-use super::{Scene, SceneError, thesis};
+use super::{Scene, SceneError, families, thesis};
 
 /// Prefix of the thesis' scenes.
 const THESIS: &str = "thesis:";
+/// Prefix of generated scenes.
+const GEN: &str = "gen:";
 
 impl Scene {
-    /// Generates or reads the scene called `spec`: `thesis:LEVEL`.
+    /// Generates or reads the scene called `spec`: `thesis:LEVEL` or `gen:NAME:TRIANGLES[:SEED]`.
     ///
     /// # Errors
     /// [`SceneError`], always one line.
     pub fn load(spec: &str) -> Result<Self, SceneError> {
-        if let Some(name) = spec.strip_prefix(THESIS) {
-            return load_level(spec, name);
-        }
-        Err(unknown(
-            spec,
-            format!("it is no known kind of scene{}", did_you_mean(spec, &all_names())),
-        ))
+        let mut scene = if let Some(name) = spec.strip_prefix(THESIS) {
+            load_level(spec, name)?
+        } else if let Some(words) = spec.strip_prefix(GEN) {
+            load_family(spec, words)?
+        } else {
+            let hint = did_you_mean(spec, &[level_names(), family_names()].concat());
+            return Err(unknown(spec, format!("it is neither thesis:… nor gen:…{hint}")));
+        };
+        scene.name = spec.to_owned();
+        Ok(scene)
     }
 }
 
 fn load_level(spec: &str, name: &str) -> Result<Scene, SceneError> {
-    let names: Vec<String> = thesis::LEVELS
-        .iter()
-        .map(|info| format!("{THESIS}{}", info.name))
-        .collect();
     match thesis::LEVELS.iter().find(|info| info.name == name) {
         Some(info) => Ok(thesis::generate(info.level)),
         None => Err(unknown(
             spec,
-            format!("there is no such level{}", did_you_mean(spec, &names)),
+            format!("there is no such level{}", did_you_mean(name, &level_names())),
         )),
+    }
+}
+
+fn load_family(spec: &str, words: &str) -> Result<Scene, SceneError> {
+    let mut words = words.split(':');
+    let name = words.next().unwrap_or_default();
+    let Some(family) = families::FAMILIES.iter().find(|family| family.name == name) else {
+        let hint = did_you_mean(name, &family_names());
+        return Err(unknown(spec, format!("there is no such family{hint}")));
+    };
+    let form = format!("the form is {GEN}{name}:TRIANGLES[:SEED]");
+    let most = families::MOST_TRIANGLES;
+    let count = match words.next().map(str::parse) {
+        Some(Ok(count)) if (1..=most).contains(&count) => count,
+        Some(_) => {
+            return Err(unknown(
+                spec,
+                format!("the triangles must be a number from 1 to {most}; {form}"),
+            ));
+        }
+        None => return Err(unknown(spec, format!("the number of triangles is missing; {form}"))),
+    };
+    let seed = match words.next().map(str::parse) {
+        Some(Ok(seed)) => seed,
+        Some(Err(_)) => {
+            return Err(unknown(
+                spec,
+                format!("the seed must be a number from 0 to 2^64 - 1; {form}"),
+            ));
+        }
+        None => families::DEFAULT_SEED,
+    };
+    match words.next() {
+        Some(_) => Err(unknown(spec, format!("there are too many parts; {form}"))),
+        None => Ok(family.generate(count, seed)),
     }
 }
 
@@ -42,10 +78,17 @@ fn unknown(spec: &str, reason: String) -> SceneError {
     }
 }
 
-fn all_names() -> Vec<String> {
+fn level_names() -> Vec<String> {
     thesis::LEVELS
         .iter()
         .map(|info| format!("{THESIS}{}", info.name))
+        .collect()
+}
+
+fn family_names() -> Vec<String> {
+    families::FAMILIES
+        .iter()
+        .map(|family| format!("{GEN}{}", family.name))
         .collect()
 }
 
@@ -98,10 +141,31 @@ mod tests {
     }
 
     #[test]
+    fn families_load_by_name_count_and_seed() {
+        let scene = Scene::load("gen:soup:30").unwrap();
+        assert_eq!((scene.name.as_str(), scene.triangles.len()), ("gen:soup:30", 30));
+        let seeded = |spec| Scene::load(spec).unwrap().triangles;
+        assert_eq!(seeded("gen:soup:30:1"), scene.triangles);
+        assert_ne!(seeded("gen:soup:30:2"), scene.triangles);
+    }
+
+    #[test]
     fn unknown_words_are_told_in_one_line_with_the_nearest_names() {
         for (spec, expected) in [
             ("thesis:smal", "did you mean 'thesis:small'?"),
             ("thesis:", "no such level"),
+            ("gen:sphere:10", "did you mean 'gen:spheres'?"),
+            (
+                "gen:soup",
+                "number of triangles is missing; the form is gen:soup:TRIANGLES[:SEED]",
+            ),
+            ("gen:soup:0", "from 1 to"),
+            ("gen:soup:-3", "from 1 to"),
+            ("gen:soup:99999999999999999999999", "from 1 to"),
+            ("gen:soup:1000000000", "from 1 to"),
+            ("gen:soup:3:x", "seed must be"),
+            ("gen:soup:3:1:4", "too many parts"),
+            ("soup", "did you mean 'gen:soup'?"),
             ("tiny", "did you mean 'thesis:tiny'?"),
             ("nothing\nlike it", "nothing\\nlike it"),
             ("", "unknown scene ''"),

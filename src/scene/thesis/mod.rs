@@ -35,6 +35,13 @@ pub enum Level {
     Huge,
 }
 
+impl Level {
+    /// Its entry in [`LEVELS`].
+    pub fn info(self) -> &'static LevelInfo {
+        &LEVELS[self as usize]
+    }
+}
+
 /// What there is to say about a [`Level`] without generating it.
 #[derive(Clone, Copy, Debug)]
 pub struct LevelInfo {
@@ -50,7 +57,7 @@ pub struct LevelInfo {
     pub summary: &'static str,
 }
 
-/// Every level, from the coarsest to the finest.
+/// Every level, from the coarsest to the finest, in the order of [`Level`].
 pub const LEVELS: &[LevelInfo] = &[
     LevelInfo {
         level: Level::Tiny,
@@ -134,7 +141,8 @@ const BLOBS: [Placement; 8] = [
 
 /// Generates a level, in world axes (y up) and scene units.
 pub fn generate(level: Level) -> Scene {
-    let mut parts = Assembly::default();
+    let info = level.info();
+    let mut parts = Assembly::with_limit(info.triangles);
     let mut add = |name: &str, place: &Placement, triangles: &[_]| {
         parts.begin(name);
         triangles.iter().for_each(|t| parts.push(place.apply(t)));

@@ -31,6 +31,7 @@ fn counts_order_and_hash_are_pinned() {
     let mut hashes = Vec::new();
     for ((level, [cup, torus, blob, slab], hash), info) in PINNED.into_iter().zip(LEVELS) {
         let scene = generate(level);
+        assert_eq!((info.level, level.info().name), (level, info.name));
         assert_eq!(scene.name, format!("thesis:{}", info.name));
         let counts: Vec<_> = scene
             .objects
