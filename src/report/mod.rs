@@ -1,1 +1,139 @@
-//! Tables, figures and pages: reads rows, imports nothing else of this crate.
+//! Tables, figures and a page: reads rows, imports nothing else of this crate.
+//!
+//! [`write()`] turns the rows of a study (`rows/builds.csv`, `rows/traces.csv`, `rows/figure3.png`) into `tables/`, `figures/` and
+//! `index.html`. The same rows give the same bytes. [`printed`] holds the thesis' own numbers.
+
+mod cells;
+mod figures;
+mod files;
+mod number;
+mod page;
+pub mod printed;
+mod summary;
+mod tables;
+
+pub use summary::{CLOSE, Counts, Summary, Within};
+
+use crate::rows::{BuildRow, Row, RowError, TraceRow, read};
+use cells::Study;
+use files::Folder;
+use std::path::{Path, PathBuf};
+
+/// The presets that are reported: what the thesis' program did, and what its words say. The first is the headline.
+const PRESETS: [&str; 2] = ["published", "text"];
+
+/// What can keep a report from being written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// The rows cannot be read or do not belong together.
+    #[error(transparent)]
+    Rows(#[from] RowError),
+    /// There is nothing to report.
+    #[error("no rows in {}; measure first, or name the folder that holds builds.csv", .0.display())]
+    NoRows(PathBuf),
+    /// The two row files come from different programs.
+    #[error("{path}: builds are of {builds}, traces of {traces}; measure again into another --out", path = path.display())]
+    Mixed {
+        /// The rows folder.
+        path: PathBuf,
+        /// Version and commit of the builds.
+        builds: String,
+        /// Version and commit of the traces.
+        traces: String,
+    },
+    /// The file system refused.
+    #[error("cannot {what} {path}: {source}", path = path.display())]
+    Io {
+        /// What was tried.
+        what: &'static str,
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The picture of Figure 3 cannot be used.
+    #[error("{path}: not a readable PNG ({reason}); render it again", path = path.display())]
+    Picture {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A figure could not be drawn.
+    #[error("cannot draw {figure}: {reason}")]
+    Draw {
+        /// The figure's file name without its ending.
+        figure: String,
+        /// What went wrong.
+        reason: String,
+    },
+}
+
+impl ReportError {
+    fn io(what: &'static str, path: &Path, source: std::io::Error) -> Self {
+        Self::Io {
+            what,
+            path: path.into(),
+            source,
+        }
+    }
+}
+
+/// Draws every table, figure and the page of the rows in `rows_dir` into `out_dir` (made if absent).
+///
+/// # Errors
+/// No rows; rows that are malformed, double, or of more than one program; an unreadable picture; the file system's.
+/// Files already written stay, each of them whole.
+pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
+    let study = Study {
+        builds: read::<BuildRow>(rows_dir)?,
+        traces: read::<TraceRow>(rows_dir)?,
+    };
+    check_origin(rows_dir, &study)?;
+    let summary = Summary::of(&study);
+    let mut folder = Folder::new(out_dir);
+
+    for preset in PRESETS {
+        let dir = if preset == PRESETS[0] { "tables" } else { "tables/text" };
+        for number in 1..=9 {
+            let text = tables::csv_text(&study.table(preset, number));
+            folder.write(&format!("{dir}/table{number}.csv"), text.as_bytes())?;
+        }
+    }
+
+    let figures = figures::draw_all(&study, rows_dir)?;
+    for (name, rendered) in figures.iter() {
+        for (ending, bytes) in [
+            ("svg", rendered.map(|r| r.svg.as_bytes())),
+            ("png", rendered.map(|r| &r.png[..])),
+        ] {
+            let file = format!("figures/{name}.{ending}");
+            match bytes {
+                Some(bytes) => folder.write(&file, bytes)?,
+                None => folder.remove(&file)?,
+            }
+        }
+    }
+
+    let html = page::html(&study, &summary, &figures);
+    folder.write("index.html", html.as_bytes())?;
+    Ok(Summary {
+        files: folder.into_written(),
+        ..summary
+    })
+}
+
+fn check_origin(rows_dir: &Path, study: &Study) -> Result<(), ReportError> {
+    let name = |(version, commit): (&str, &str)| format!("{version} ({commit})");
+    let builds = study.builds.first().map(|r| name(r.origin()));
+    let traces = study.traces.first().map(|r| name(r.origin()));
+    match (builds, traces) {
+        (None, None) => Err(ReportError::NoRows(rows_dir.into())),
+        (Some(builds), Some(traces)) if builds != traces => Err(ReportError::Mixed {
+            path: rows_dir.into(),
+            builds,
+            traces,
+        }),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,64 @@
+//! Files of a report: each written whole or not at all, and listed.
+
+use crate::report::ReportError;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The folder a report goes to, and what has been written there.
+#[derive(Debug)]
+pub(crate) struct Folder {
+    root: PathBuf,
+    written: Vec<PathBuf>,
+}
+
+impl Folder {
+    /// A folder that is made when the first file goes there.
+    pub fn new(root: &Path) -> Self {
+        Self {
+            root: root.into(),
+            written: Vec::new(),
+        }
+    }
+
+    /// Writes the file `name` (a relative path) beside its place, then moves it there.
+    ///
+    /// # Errors
+    /// The file system's.
+    pub fn write(&mut self, name: &str, bytes: &[u8]) -> Result<(), ReportError> {
+        let path = self.root.join(name);
+        let dir = path.parent().unwrap_or(&self.root);
+        fs::create_dir_all(dir).map_err(|e| ReportError::io("create", dir, e))?;
+        let mut builder = tempfile::Builder::new();
+        // Temporary files are private by default; a report is for others to read.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        builder
+            .tempfile_in(dir)
+            .and_then(|mut file| {
+                file.write_all(bytes)?;
+                file.persist(&path).map_err(|e| e.error)?;
+                Ok(())
+            })
+            .map_err(|e| ReportError::io("write", &path, e))?;
+        self.written.push(path);
+        Ok(())
+    }
+
+    /// Removes the file `name`, left by an earlier report from other rows: it would not belong to this one.
+    ///
+    /// # Errors
+    /// The file system's.
+    pub fn remove(&self, name: &str) -> Result<(), ReportError> {
+        let path = self.root.join(name);
+        match fs::remove_file(&path) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(ReportError::io("remove", &path, e)),
+            _ => Ok(()),
+        }
+    }
+
+    /// What has been written, in order.
+    pub fn into_written(self) -> Vec<PathBuf> {
+        self.written
+    }
+}

@@ -1,0 +1,137 @@
+//! The page: one self-contained HTML file, figures and styles inside it.
+
+mod notes;
+mod provenance;
+mod tables;
+
+use crate::report::PRESETS;
+use crate::report::cells::Study;
+use crate::report::figures::Figures;
+use crate::report::summary::{Summary, Within};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+/// The whole page as text.
+pub(crate) fn html(study: &Study, summary: &Summary, figures: &Figures) -> String {
+    let headline = PRESETS[0];
+    let body = html! {
+        h1 { "Bounding volume hierarchies by top-down and bottom-up construction" }
+        (introduction())
+        (headlines(summary))
+        (figure3(figures))
+        h2 id="build-times" { "Build times" }
+        (drawing(figures, "figure4", "Figure 4. Build time against the branching factor, printed and measured.", html! {
+            "Figure 4. Seconds to build against the branching factor, one colour a model; unbroken lines are top-down builds, \
+             dotted lines bottom-up ones. The thesis projected its Huge point at arity 8; here it stands as what is known: more \
+             than eleven days."
+        }))
+        (tables::section(study, headline, 1..=3))
+        h2 id="nodes" { "Traversal" }
+        (drawing(figures, "figure5", "Figure 5. Nodes per pixel against the branching factor, printed over measured.", html! {
+            "Figure 5. Nodes visited per pixel, primary rays only. Node counts do not depend on the machine: they are what tells \
+             whether the trees are the same."
+        }))
+        (tables::section(study, headline, 4..=9))
+        (notes::secondary_rays(study))
+        (notes::rule_q8(study))
+        (notes::unfinished(study))
+        @for preset in PRESETS.into_iter().skip(1).filter(|p| study.has(p)) {
+            (other_preset(study, figures, preset))
+        }
+        (provenance::footer(study))
+    };
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "bvh-lab: the study" }
+                style { (PreEscaped(include_str!("style.css"))) }
+            }
+            body { (body) }
+        }
+    };
+    page.into_string()
+}
+
+fn introduction() -> Markup {
+    html! {
+        p .lead {
+            "A reproduction of Kevin Beick's thesis " em { "Analyzing Performance of Bounding Volume Hierarchies for Ray Tracing" }
+            " (University of Oregon, 2014): five sizes of one scene, trees of arity 2, 4 and 8 built from the top down and from the \
+             bottom up, traced under three lighting cases. Every cell shows the printed number above ours."
+        }
+        p .soft {
+            "Preset " code { "published" } " does what the author's program did and is the headline; preset " code { "text" }
+            " does what the thesis says in words. This page is drawn from rows of measurements and computes nothing but comparisons."
+        }
+    }
+}
+
+fn headlines(summary: &Summary) -> Markup {
+    let tile = |big: String, small: &str| html! { div .tile { b { (big) } (small) } };
+    let of = |w: &Within| format!("{} of {}", w.within, w.printed);
+    let cells = &summary.cells;
+    html! {
+        div .tiles {
+            (tile(of(&summary.table5), "Table 5 cells within 6 % (Tiny to Large, arity 2 and 4)"))
+            (tile(of(&summary.table5_all), "Table 5 cells within 6 %, all that are printed"))
+            (tile(of(&summary.table3), "average degrees (Table 3) within 6 %"))
+            @if summary.engines_agree.1 > 0 {
+                (tile(format!("{} of {}", summary.engines_agree.0, summary.engines_agree.1),
+                    "trees built by two engines that are the same, by hash"))
+            }
+        }
+        p .soft {
+            "Cells of Tables 2 to 9: " (cells.ok) " measured, " (cells.projected) " projected, " (cells.capped) " capped, "
+            (cells.error) " failed, " (cells.missing) " without a row. Rows that failed their verification, any preset: "
+            (summary.error_rows) ". Cells of arity 8, top-down, pass through a memory fault of the original program (rule Q8) and \
+             cannot be met exactly."
+        }
+    }
+}
+
+fn figure3(figures: &Figures) -> Markup {
+    let Some(rendered) = figures.get("figure3") else {
+        return html! {};
+    };
+    let data = STANDARD.encode(&rendered.png);
+    html! {
+        h2 id="scene" { "The scene" }
+        figure {
+            div .sheet { img alt="Figure 3. The thesis scene, rendered by this program." src=(format!("data:image/png;base64,{data}")); }
+            figcaption { "Figure 3. The scene as this program renders it; the five models differ only in how finely it is cut into triangles." }
+        }
+    }
+}
+
+fn drawing(figures: &Figures, name: &str, label: &str, caption: Markup) -> Markup {
+    let Some(rendered) = figures.get(name) else {
+        return html! {};
+    };
+    html! {
+        figure {
+            div .sheet role="img" aria-label=(label) { (PreEscaped(&rendered.svg)) }
+            figcaption {
+                (caption) " Files: " a href=(format!("figures/{name}.svg")) { "SVG" } ", "
+                a href=(format!("figures/{name}.png")) { "PNG" } "."
+            }
+        }
+    }
+}
+
+fn other_preset(study: &Study, figures: &Figures, preset: &str) -> Markup {
+    html! {
+        h2 id=(preset) { "Preset " code { (preset) } }
+        p { "The same study by what the thesis says in words, against the same printed numbers." }
+        @let caption = html! { "Figures 4 and 5 for this preset." };
+        (drawing(figures, &format!("figure4_{preset}"), "Figure 4 for this preset.", html! {}))
+        (drawing(figures, &format!("figure5_{preset}"), "Figure 5 for this preset.", caption))
+        details {
+            summary { "Tables 2 to 9 for this preset" }
+            (tables::section(study, preset, 2..=9))
+        }
+    }
+}
