@@ -12,9 +12,10 @@ use glam::DVec3;
 /// A ray prepared for the watertight test: the shear that turns it into the z axis.
 #[derive(Clone, Copy, Debug)]
 pub struct WatertightRay {
-    origin: DVec3,
     /// The axis along which the direction is greatest becomes z.
     axes: [usize; 3],
+    /// In the order of `axes`.
+    origin: DVec3,
     shear: DVec3,
 }
 
@@ -32,9 +33,10 @@ impl WatertightRay {
         };
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
         let d = ray.direction.as_dvec3();
+        let o = ray.origin.as_dvec3();
         Self {
-            origin: ray.origin.as_dvec3(),
             axes,
+            origin: DVec3::new(o[axes[0]], o[axes[1]], o[axes[2]]),
             shear: DVec3::new(d[axes[0]] / d[z], d[axes[1]] / d[z], 1.0 / d[z]),
         }
     }
@@ -45,15 +47,25 @@ impl WatertightRay {
     #[inline]
     pub fn meets(&self, triangle: &Triangle) -> Option<f32> {
         let [x, y, z] = self.axes;
-        let sheared = triangle.v.map(|p| {
-            let p = p.as_dvec3() - self.origin;
-            (p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], p[z])
+        // Picked from memory in f32: picking from registers by a variable axis would go through the stack.
+        let vertices: &[[f32; 3]; 3] = bytemuck::cast_ref(&triangle.v);
+        let sheared = vertices.map(|p| {
+            let depth = f64::from(p[z]) - self.origin.z;
+            (
+                f64::from(p[x]) - self.origin.x - self.shear.x * depth,
+                f64::from(p[y]) - self.origin.y - self.shear.y * depth,
+                depth,
+            )
         });
         let [a, b, c] = sheared;
+        // Each edge function is looked at before the next is computed: most triangles are passed by.
         let u = c.0 * b.1 - c.1 * b.0;
         let v = a.0 * c.1 - a.1 * c.0;
+        if (u < 0.0 && v > 0.0) || (u > 0.0 && v < 0.0) {
+            return None;
+        }
         let w = b.0 * a.1 - b.1 * a.0;
-        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+        if (w < 0.0 && (u > 0.0 || v > 0.0)) || (w > 0.0 && (u < 0.0 || v < 0.0)) {
             return None;
         }
         let det = u + v + w;

@@ -131,17 +131,9 @@ impl HeatMap {
                 area.draw(&Text::new(text, (x as i32, y as i32), style.clone()))
                     .map_err(|e| fail(&e))
             };
-            let ticks = tick_count(height, max);
-            for i in 0..ticks {
-                let share = f64::from(i) / f64::from(ticks - 1);
-                let y = (1.0 - share) * f64::from(height.saturating_sub(13));
-                let number = max.max(1) as f64 * share;
-                let text = if number.fract() == 0.0 {
-                    format!("{number:.0}")
-                } else {
-                    format!("{number:.1}")
-                };
-                write(text, self.width + BAR.end + 5, y as u32)?;
+            for tick in ticks(height, max) {
+                let y = (1.0 - tick as f32 / top) * height.saturating_sub(15) as f32 + 1.0;
+                write(tick.to_string(), self.width + BAR.end + 5, y as u32)?;
             }
             write(
                 format!("{}: mean {mean:.2}, max {max}", self.quantity.label()),
@@ -154,10 +146,18 @@ impl HeatMap {
     }
 }
 
-/// As many as there is room for, 2 to 6; no more than there are whole numbers.
-fn tick_count(height: u32, max: u64) -> u32 {
-    let room = (height / 40).clamp(2, 6);
-    room.min(u32::try_from(max + 1).unwrap_or(room)).max(2)
+/// Multiples of 1, 2 or 5 times a power of ten up to `max`, as many as there is room for, and `max` itself.
+fn ticks(height: u32, max: u64) -> Vec<u64> {
+    let room = u64::from(height / 30).clamp(1, 8);
+    let step = (0..)
+        .flat_map(|exponent| [1, 2, 5].map(|digit| 10_u64.saturating_pow(exponent).saturating_mul(digit)))
+        .find(|step| max / step <= room)
+        .unwrap_or(max);
+    // The last multiple gives way to `max` where the two would overlap.
+    let multiples = (0..=room)
+        .map(|i| i.saturating_mul(step))
+        .take_while(|tick| tick.saturating_add(step / 2) < max);
+    multiples.chain([max]).collect()
 }
 
 /// Makes the legend's font known to the drawing library, once.
@@ -233,6 +233,15 @@ mod tests {
             let black = drawn.pixels().filter(|p| p.0.iter().all(|&c| c < 60)).count();
             assert!(black > 40, "no text: {black}");
         }
+    }
+
+    #[test]
+    fn ticks_are_round_and_end_at_the_greatest_count() {
+        assert_eq!(ticks(400, 113), [0, 20, 40, 60, 80, 100, 113]);
+        assert_eq!(ticks(400, 3), [0, 1, 2, 3]);
+        assert_eq!(ticks(60, 7), [0, 7]);
+        assert_eq!(ticks(10, 0), [0]);
+        assert_eq!(ticks(400, u64::MAX).last(), Some(&u64::MAX));
     }
 
     #[test]

@@ -74,7 +74,11 @@ pub fn sphere(centre: Vec3, radius: f32, rings: usize) -> Vec<Triangle> {
         let theta = std::f64::consts::PI * ring as f64 / rings as f64;
         let phi = std::f64::consts::TAU * (segment % segments) as f64 / segments as f64;
         // The poles' sine is not exactly 0: there every segment would have a vertex of its own.
-        let r = if ring.is_multiple_of(rings) { 0.0 } else { libm::sin(theta) };
+        let r = if ring.is_multiple_of(rings) {
+            0.0
+        } else {
+            libm::sin(theta)
+        };
         let p = glam::DVec3::new(r * libm::cos(phi), libm::cos(theta), r * libm::sin(phi));
         (centre.as_dvec3() + p * f64::from(radius)).as_vec3()
     };

@@ -4,7 +4,7 @@ use crate::bvh::Bvh;
 use crate::bvh::testing::{Random, boxes, random_tree, soup};
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
 use crate::trace::testing::{any_ray, grid_ray, grid_soup, median_split, sphere};
-use crate::trace::{FastTest, Scratch, TriangleTest, any_hit, brute_force, closest_hit};
+use crate::trace::{FastTest, Scratch, TriangleTest, any_hit, brute_force, closest_hit, diffuse_rays};
 use glam::{DVec3, Vec3};
 use proptest::prelude::*;
 
@@ -251,5 +251,49 @@ fn planar_scenes_are_hit_across_and_missed_along() {
             assert_eq!(hit(Vec3::new(-1.0, zero, 0.25), Vec3::new(1.0, zero, zero)), None);
             assert_eq!(hit(Vec3::new(0.25, zero, 0.25), Vec3::new(0.3, -zero, 0.7)), None);
         }
+    }
+}
+
+#[test]
+fn rays_that_leave_a_convex_surface_do_not_come_back_and_walls_do_not_leak() {
+    for (centre, radius) in [(Vec3::ZERO, 1.0), (Vec3::new(3e3, -2e3, 5e2), 7.0), (Vec3::ZERO, 1e-5)] {
+        let triangles = sphere(centre, radius, 16);
+        let bvh = median_split(&triangles, 4);
+        let mut random = Random(5);
+        let primary: Vec<_> = (0..3000)
+            .map(|_| {
+                let origin = centre + (random.point(2.0) - 1.0).normalize() * radius * 4.0;
+                Ray::new(origin, centre + (random.point(1.6) - 0.8) * radius - origin)
+            })
+            .collect();
+        let leaving = diffuse_rays(&bvh, &triangles, &primary, 3);
+        assert!(leaving.len() > 2000, "{}", leaving.len());
+        for ray in leaving {
+            assert!(
+                !any_hit::<WatertightRay, ()>(&bvh, &triangles, &ray, &mut Scratch::default(), &mut ()),
+                "{ray:?}"
+            );
+        }
+    }
+    // Two walls 10⁻⁴ of the scene apart, far from the origin: what starts between them stays between them.
+    let wall = |x: f32| {
+        let corner = Vec3::new(1000.0 + x, 1000.0, 1000.0);
+        Triangle::new(corner, corner + Vec3::Y * 99.0, corner + Vec3::Z * 99.0)
+    };
+    let walls = [wall(0.0), wall(0.01)];
+    let bvh = median_split(&walls, 2);
+    let mut random = Random(6);
+    let primary: Vec<_> = (0..1000)
+        .map(|_| {
+            Ray::new(
+                Vec3::new(1000.005, 1020.0, 1020.0),
+                (random.point(2.0) - 1.0) * Vec3::new(1.0, 0.01, 0.01),
+            )
+        })
+        .collect();
+    for ray in diffuse_rays(&bvh, &walls, &primary, 3) {
+        let steep = ray.direction.x.abs() > 0.01;
+        let found = closest_hit::<WatertightRay, ()>(&bvh, &walls, &ray, &mut Scratch::default(), &mut ());
+        assert!(found.is_some() || !steep, "{ray:?}");
     }
 }
