@@ -3,7 +3,9 @@
 mod aabb;
 mod ray;
 mod triangle;
+mod watertight;
 
 pub use aabb::Aabb;
 pub use ray::Ray;
 pub use triangle::{Hit, Triangle};
+pub use watertight::WatertightRay;

@@ -31,4 +31,14 @@ impl Ray {
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + self.direction * t
     }
+
+    /// Whether the ray can hit anything: finite origin, finite direction that is not zero, and an interval that is not
+    /// empty (infinite ends are fine, NaN is not).
+    #[inline]
+    pub fn is_traceable(&self) -> bool {
+        self.origin.is_finite()
+            && self.direction.is_finite()
+            && self.direction != Vec3::ZERO
+            && self.t_min <= self.t_max
+    }
 }

@@ -1,1 +1,40 @@
-//! Tracing kernels, one file each, and the probes that count their work.
+//! Tracing kernels, one file each, and the probes that count their work; ray sets, the thesis' pictures, renderings.
+
+mod batch;
+mod closest;
+mod first_leaf;
+mod heatmap;
+mod hits;
+mod kernels;
+mod lighting;
+mod probe;
+mod published_camera;
+mod ray_file;
+mod ray_sets;
+mod render;
+mod scratch;
+mod secondary;
+mod slab;
+
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+
+pub use batch::{Batch, count_batch, trace_batch};
+pub use closest::{FastTest, TriangleTest, any_hit, brute_force, closest_hit};
+pub use first_leaf::{FirstLeafOptions, first_leaf};
+pub use heatmap::{DrawError, HeatMap, Quantity, heat_colour};
+pub use hits::{HitRecord, hit_bytes, hit_hash, write_hits};
+pub use kernels::{KERNELS, Kernel, KernelInfo, Query};
+pub use lighting::{
+    ImageCounts, ImageDigest, PUBLISHED_CHAIN, Reading, StudyView, TEXT_CHAIN, run_image, run_image_parallel,
+    trace_image,
+};
+pub use probe::{TraceCounters, TraceProbe};
+pub use published_camera::{PublishedCamera, THESIS_SIZE};
+pub use ray_file::{RayFileError, read_rays, write_rays};
+pub use ray_sets::{diffuse_rays, primary_rays, shadow_rays};
+pub use render::{RenderOptions, render, upright};
+pub use scratch::Scratch;
+pub use secondary::{facing_normal, leave_surface, mirror};
