@@ -1,9 +1,11 @@
 //! Builders: from the boxes of triangles to a tree. Plain functions; they neither time nor print.
 
 mod cost;
+mod original_kdtree;
 mod probe;
 
 pub use cost::{CHILD_COST_SCALE_BITS, ChildCost};
+pub use original_kdtree::{Nearest, OriginalKdTree, OriginalWork};
 pub use probe::{Counters, Probe, Work};
 
 /// Why a builder returned no tree.
