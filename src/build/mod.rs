@@ -2,6 +2,7 @@
 
 pub mod bottom_up;
 mod cost;
+mod original_kdtree;
 mod probe;
 mod registry;
 #[cfg(test)]
@@ -11,6 +12,7 @@ pub mod top_down;
 pub use cost::{CHILD_COST_SCALE_BITS, ChildCost};
 pub use probe::{Brake, Counters, Probe, Work};
 pub use registry::{BUILDERS, BuildOptions, Builder, Engine, Preset, find};
+pub use original_kdtree::{Nearest, OriginalKdTree, OriginalWork};
 
 /// Why a builder returned no tree.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
