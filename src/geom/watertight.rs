@@ -90,16 +90,30 @@ mod tests {
 
     #[test]
     fn hits_from_both_sides_boundary_included() {
-        for z in [-2.0, 2.0] {
-            for (x, y, hit) in [
-                (0.25, 0.25, true),
-                (0.0, 0.0, true),
-                (0.5, 0.5, true),
-                (0.75, 0.75, false),
-                (-0.1, 0.5, false),
-            ] {
-                let t = meets(&T, Vec3::new(x, y, z), Vec3::new(0.0, 0.0, -z));
-                assert_eq!(t, hit.then_some(1.0), "{x} {y} {z}");
+        let [a, b, c] = T.v;
+        let turned = [
+            T,
+            Triangle::new(b, c, a),
+            Triangle::new(c, a, b),
+            Triangle::new(a, c, b),
+        ];
+        let cases = [
+            (0.25, 0.25, true),
+            (0.0, 0.0, true),
+            (0.5, 0.5, true),
+            (0.5, 0.0, true),
+            (0.0, 0.5, true),
+            (1.0, 0.0, true),
+            (0.75, 0.75, false),
+            (-0.1, 0.5, false),
+            (1.1, 0.0, false),
+        ];
+        for triangle in turned {
+            for z in [-2.0, 2.0] {
+                for (x, y, hit) in cases {
+                    let t = meets(&triangle, Vec3::new(x, y, z), Vec3::new(0.0, 0.0, -z));
+                    assert_eq!(t, hit.then_some(1.0), "{x} {y} {z}");
+                }
             }
         }
     }

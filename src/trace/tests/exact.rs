@@ -104,6 +104,27 @@ proptest! {
     }
 }
 
+/// From far away the f32 triangle test reports hits of rays that pass beside the triangle, and even beside its box.
+#[test]
+fn far_rays_past_edges_agree_with_brute_force_in_trees_of_single_triangles() {
+    let mut random = Random(31);
+    let mut scratch = Scratch::default();
+    let mut hits = 0;
+    for seed in 0..40 {
+        let triangles = soup(seed, 40, 0.3);
+        let bvh = random_tree(seed, &boxes(&triangles), 4, 1);
+        for _ in 0..500 {
+            let [a, b, _] = triangles[random.below(40)].v;
+            let origin = (random.point(2.0) - 1.0) * 10f32.powi(2 + random.below(5) as i32);
+            let target = a + (b - a) * random.unit();
+            let ray = Ray::new(origin, target - origin);
+            hits += usize::from(agrees::<FastTest>(&bvh, &triangles, &ray, &mut scratch));
+            agrees::<WatertightRay>(&bvh, &triangles, &ray, &mut scratch);
+        }
+    }
+    assert!(hits > 1000);
+}
+
 #[test]
 fn scaling_by_a_power_of_two_scales_t_and_nothing_else() {
     let triangles = soup(4, 200, 0.2);
