@@ -26,6 +26,11 @@ impl Triangle {
         Self { v: [a, b, c] }
     }
 
+    /// Whether every coordinate is a finite number.
+    pub fn is_finite(&self) -> bool {
+        self.v.iter().all(|p| p.is_finite())
+    }
+
     /// Its bounding box.
     pub fn aabb(&self) -> Aabb {
         Aabb::around(self.v)

@@ -1,6 +1,6 @@
 //! What can be wrong with a scene.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why a scene could not be had; each message says what, where, and what to do.
 #[derive(Debug, thiserror::Error)]
@@ -14,15 +14,23 @@ pub enum SceneError {
         reason: String,
     },
     /// The file could not be read.
-    #[error("cannot read {path}: {source}", path = path.display())]
+    #[error("cannot read {path}: {source}", path = one_line(path))]
     Unreadable {
         /// The file.
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
     },
+    /// The file could not be written.
+    #[error("cannot write {path}: {source}", path = one_line(path))]
+    Unwritable {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// The file is not what its ending promises.
-    #[error("{path}{at}: {reason}", path = path.display(), at = line.map(|l| format!(":{l}")).unwrap_or_default())]
+    #[error("{path}{at}: {reason}", path = one_line(path), at = line.map(|l| format!(":{l}")).unwrap_or_default())]
     Malformed {
         /// The file.
         path: PathBuf,
@@ -39,4 +47,14 @@ pub enum SceneError {
         /// What was there instead, led in by " (" where known.
         detail: String,
     },
+}
+
+/// A path as it is shown: control characters escaped, so that a message stays one line.
+pub(super) fn one_line(path: &Path) -> String {
+    let shown = path.display().to_string();
+    if shown.contains(char::is_control) {
+        shown.escape_debug().to_string()
+    } else {
+        shown
+    }
 }

@@ -2,14 +2,19 @@
 
 mod assemble;
 mod camera;
+mod effects;
 mod error;
+mod export;
 pub mod families;
+pub mod file;
 mod normals;
 mod spec;
 pub mod thesis;
 
 pub use camera::{CameraError, CameraSpec, View};
+pub use effects::{Effect, EffectUse, effects};
 pub use error::SceneError;
+pub use export::export_obj;
 pub use normals::smooth_normals;
 
 use crate::geom::{Aabb, Triangle};

@@ -1,6 +1,7 @@
 //! The words that name a scene: the one place where they are understood.
 
-use super::{Scene, SceneError, families, thesis};
+use super::{Scene, SceneError, families, file, thesis};
+use std::path::Path;
 
 /// Prefix of the thesis' scenes.
 const THESIS: &str = "thesis:";
@@ -8,7 +9,7 @@ const THESIS: &str = "thesis:";
 const GEN: &str = "gen:";
 
 impl Scene {
-    /// Generates or reads the scene called `spec`: `thesis:LEVEL` or `gen:NAME:TRIANGLES[:SEED]`.
+    /// Generates or reads the scene called `spec`: `thesis:LEVEL`, `gen:NAME:TRIANGLES[:SEED]`, or the path of a file.
     ///
     /// # Errors
     /// [`SceneError`], always one line.
@@ -18,8 +19,7 @@ impl Scene {
         } else if let Some(words) = spec.strip_prefix(GEN) {
             load_family(spec, words)?
         } else {
-            let hint = did_you_mean(spec, &[level_names(), family_names()].concat());
-            return Err(unknown(spec, format!("it is neither thesis:… nor gen:…{hint}")));
+            load_file(spec)?
         };
         scene.name = spec.to_owned();
         Ok(scene)
@@ -69,6 +69,19 @@ fn load_family(spec: &str, words: &str) -> Result<Scene, SceneError> {
         Some(_) => Err(unknown(spec, format!("there are too many parts; {form}"))),
         None => Ok(family.generate(count, seed)),
     }
+}
+
+/// A word without an ending that names no file is a slip of the pen, not a file that is missing.
+fn load_file(spec: &str) -> Result<Scene, SceneError> {
+    let path = Path::new(spec);
+    if path.extension().is_none() && !path.exists() {
+        let hint = did_you_mean(spec, &[level_names(), family_names()].concat());
+        return Err(unknown(
+            spec,
+            format!("it is neither {THESIS}… nor {GEN}… nor a file{hint}"),
+        ));
+    }
+    file::load(path)
 }
 
 fn unknown(spec: &str, reason: String) -> SceneError {
