@@ -16,30 +16,25 @@ pub const CHILD_COST_SCALE_BITS: u32 = 58;
 /// without area is 0.
 #[derive(Clone, Copy, Debug)]
 pub struct ChildCost {
-    node_area: f64,
-    scale: f64,
+    /// Fixed-point units per unit of area and weight; 0 for a node without area.
+    per_area: f64,
 }
 
 impl ChildCost {
     /// The terms of a node with box `node`, whose children's weights add up to at most `total_weight`.
     pub fn new(node: &Aabb, total_weight: usize) -> Self {
         let share = usize::BITS - total_weight.leading_zeros();
-        Self {
-            node_area: node.surface_area(),
-            scale: (1u64 << (CHILD_COST_SCALE_BITS - share)) as f64,
-        }
+        let scale = (1u64 << (CHILD_COST_SCALE_BITS - share)) as f64;
+        let area = node.surface_area();
+        Self { per_area: if area > 0.0 { scale / area } else { 0.0 } }
     }
 
     /// The term of one child; never negative.
     #[inline(always)]
     pub fn term(&self, child: &Aabb, weight: usize) -> i64 {
-        if self.node_area > 0.0 {
-            // Truncation after adding a half is rounding: the value is not negative. It compiles to one instruction
-            // in baseline x86-64, where `f64::round` is a call.
-            (child.surface_area() / self.node_area * (weight as f64 * self.scale) + 0.5) as i64
-        } else {
-            0
-        }
+        // Truncation after adding a half is rounding: the value is not negative. It compiles to one instruction
+        // in baseline x86-64, where `f64::round` is a call.
+        (child.surface_area() * self.per_area * weight as f64 + 0.5) as i64
     }
 }
 

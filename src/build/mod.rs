@@ -10,9 +10,9 @@ mod testing;
 pub mod top_down;
 
 pub use cost::{CHILD_COST_SCALE_BITS, ChildCost};
+pub use original_kdtree::{Nearest, OriginalKdTree, OriginalWork};
 pub use probe::{Brake, Counters, Probe, Work};
 pub use registry::{BUILDERS, BuildOptions, Builder, Engine, Preset, find};
-pub use original_kdtree::{Nearest, OriginalKdTree, OriginalWork};
 
 /// Why a builder returned no tree.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -128,10 +128,7 @@ impl OriginalKdTree {
     pub fn insert(&mut self, id: u32, centre: Vec3) {
         self.work.inserts += 1;
         self.live += 1;
-        let new = u32::try_from(self.entries.len())
-            .ok()
-            .filter(|&n| n != NONE)
-            .expect("more than 2³² − 1 entries");
+        let new = u32::try_from(self.entries.len()).ok().filter(|&n| n != NONE).expect("more than 2³² − 1 entries");
         let mut axis = 0;
         let mut at = 0;
         while let Some(entry) = self.entries.get(at) {
@@ -146,13 +143,7 @@ impl OriginalKdTree {
                 child => at = child as usize,
             }
         }
-        self.entries.push(Entry {
-            centre,
-            id,
-            children: [NONE; 2],
-            axis,
-            live: true,
-        });
+        self.entries.push(Entry { centre, id, children: [NONE; 2], axis, live: true });
     }
 
     /// Marks the live entry `id` at `centre`, found by a walk from the root. Returns whether it was there.
@@ -214,10 +205,7 @@ impl OriginalKdTree {
                 let distance_squared = entry.distance_squared(centre);
                 if distance_squared <= radius * radius {
                     self.list.push(distance_squared);
-                    let here = Nearest {
-                        id: entry.id,
-                        distance_squared,
-                    };
+                    let here = Nearest { id: entry.id, distance_squared };
                     if entry.id != id && nearest.is_none_or(|best| here.before(&best)) {
                         nearest = Some(here);
                     }
@@ -372,14 +360,8 @@ mod tests {
                 let (mut visited, mut steps, mut listed, mut queries) = (0, 0, 0, 0);
                 let mut radius = 10.0;
                 loop {
-                    let mut literal = Literal {
-                        tree: &tree,
-                        radius,
-                        centre,
-                        list: Vec::new(),
-                        visited: 0,
-                        list_steps: 0,
-                    };
+                    let mut literal =
+                        Literal { tree: &tree, radius, centre, list: Vec::new(), visited: 0, list_steps: 0 };
                     literal.visit(0);
                     queries += 1;
                     visited += literal.visited;
@@ -424,10 +406,7 @@ mod tests {
         // Everything is in range, met in rising order of distance: the second passes 1, the third 2, the fourth 3.
         assert_eq!(tree.nearest(0, Vec3::ZERO).map(|n| n.id), Some(1));
         let work = tree.work();
-        assert_eq!(
-            (work.visited, work.listed, work.list_steps, work.range_queries),
-            (4, 4, 6, 1)
-        );
+        assert_eq!((work.visited, work.listed, work.list_steps, work.range_queries), (4, 4, 6, 1));
         // From the other end every entry but those goes to the head of the list.
         assert_eq!(tree.nearest(3, Vec3::splat(3.0)).map(|n| n.id), Some(2));
         assert_eq!(tree.work().list_steps, 6);
@@ -453,9 +432,7 @@ mod tests {
         let mut random = Random(4);
         for n in (0..100).chain([257, 1000]) {
             let mut values: Vec<f64> = (0..n).map(|_| random.below(40) as f64).collect();
-            let brute = (0..n)
-                .map(|i| (0..i).filter(|&j| values[j] < values[i]).count() as u64)
-                .sum::<u64>();
+            let brute = (0..n).map(|i| (0..i).filter(|&j| values[j] < values[i]).count() as u64).sum::<u64>();
             let mut sorted = values.clone();
             sorted.sort_by(f64::total_cmp);
             assert_eq!(count_rising_pairs(&mut values, &mut Vec::new()), brute);

@@ -105,10 +105,7 @@ impl Brake {
 
     /// Stops at `deadline`; never without one.
     pub fn new(deadline: Option<Instant>) -> Self {
-        Self {
-            deadline,
-            ..Self::default()
-        }
+        Self { deadline, ..Self::default() }
     }
 
     /// Elementary steps reported so far.
@@ -149,9 +146,6 @@ impl Counters {
 
     /// The kinds that occurred, with their counts.
     pub fn nonzero(&self) -> impl Iterator<Item = (&'static str, u64)> + '_ {
-        Work::ALL
-            .into_iter()
-            .map(|w| (w.name(), self.get(w)))
-            .filter(|&(_, n)| n > 0)
+        Work::ALL.into_iter().map(|w| (w.name(), self.get(w))).filter(|&(_, n)| n > 0)
     }
 }

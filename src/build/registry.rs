@@ -68,13 +68,7 @@ pub struct BuildOptions {
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self {
-            arity: 2,
-            preset: Preset::Published,
-            engine: Engine::Literal,
-            candidates: None,
-            q8: true,
-        }
+        Self { arity: 2, preset: Preset::Published, engine: Engine::Literal, candidates: None, q8: true }
     }
 }
 
@@ -139,12 +133,7 @@ impl Builder {
         }
         if !self.presets.contains(&options.preset) {
             let offered: Vec<_> = self.presets.iter().map(|p| p.id()).collect();
-            let message = format!(
-                "{} has no preset {}: use {}",
-                self.id,
-                options.preset.id(),
-                offered.join(" or ")
-            );
+            let message = format!("{} has no preset {}: use {}", self.id, options.preset.id(), offered.join(" or "));
             return Err(BuildError::Parameter(message));
         }
         Ok(())
@@ -156,18 +145,11 @@ fn top_down<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) -> 
     let candidates = options.candidates.unwrap_or(200 / arity.max(1));
     match (options.preset, options.engine) {
         (Preset::Published, Engine::Literal) => {
-            let params = Published {
-                arity,
-                candidates,
-                q8: options.q8,
-            };
+            let params = Published { arity, candidates, q8: options.q8 };
             published_literal::build(boxes, &params, probe)
         }
         (Preset::Text, Engine::Literal) => {
-            let params = Text {
-                arity,
-                planes: candidates,
-            };
+            let params = Text { arity, planes: candidates };
             text_literal::build(boxes, &params, probe)
         }
         (Preset::Walter, _) => Err(BuildError::Parameter("top-down has no preset walter".into())),

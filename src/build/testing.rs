@@ -30,11 +30,7 @@ pub fn inner_sizes(bvh: &Bvh) -> Vec<usize> {
     let mut sizes = Vec::new();
     for index in (0..bvh.nodes.len()).rev() {
         let node = &bvh.nodes[index];
-        below[index] = if node.is_leaf() {
-            node.count()
-        } else {
-            bvh.children(index).map(|c| below[c]).sum()
-        };
+        below[index] = if node.is_leaf() { node.count() } else { bvh.children(index).map(|c| below[c]).sum() };
         if !node.is_leaf() {
             sizes.push(below[index]);
         }

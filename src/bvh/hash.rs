@@ -56,20 +56,13 @@ mod tests {
     use crate::geom::Aabb;
 
     fn tree(nodes: Vec<Node>, triangle_ids: Vec<u32>) -> Bvh {
-        Bvh {
-            nodes,
-            triangle_ids,
-            arity: 2,
-        }
+        Bvh { nodes, triangle_ids, arity: 2 }
     }
     const B: Aabb = Aabb::EMPTY;
 
     #[test]
     fn same_tree_in_another_layout_has_the_same_hash() {
-        let a = tree(
-            vec![Node::inner(B, 1, 2), Node::leaf(B, 0, 2), Node::leaf(B, 2, 1)],
-            vec![0, 1, 2],
-        );
+        let a = tree(vec![Node::inner(B, 1, 2), Node::leaf(B, 0, 2), Node::leaf(B, 2, 1)], vec![0, 1, 2]);
         let b = tree(
             vec![
                 Node::inner(B, 3, 2),
@@ -86,19 +79,11 @@ mod tests {
 
     #[test]
     fn topology_sets_and_child_order_all_count() {
-        let base = tree(
-            vec![Node::inner(B, 1, 2), Node::leaf(B, 0, 2), Node::leaf(B, 2, 1)],
-            vec![0, 1, 2],
-        );
-        let swapped_children = tree(
-            vec![Node::inner(B, 1, 2), Node::leaf(B, 2, 1), Node::leaf(B, 0, 2)],
-            vec![0, 1, 2],
-        );
+        let base = tree(vec![Node::inner(B, 1, 2), Node::leaf(B, 0, 2), Node::leaf(B, 2, 1)], vec![0, 1, 2]);
+        let swapped_children =
+            tree(vec![Node::inner(B, 1, 2), Node::leaf(B, 2, 1), Node::leaf(B, 0, 2)], vec![0, 1, 2]);
         let other_sets = tree(base.nodes.clone(), vec![0, 2, 1]);
-        let other_sizes = tree(
-            vec![Node::inner(B, 1, 2), Node::leaf(B, 0, 1), Node::leaf(B, 1, 2)],
-            vec![0, 1, 2],
-        );
+        let other_sizes = tree(vec![Node::inner(B, 1, 2), Node::leaf(B, 0, 1), Node::leaf(B, 1, 2)], vec![0, 1, 2]);
         let one_leaf = tree(vec![Node::leaf(B, 0, 3)], vec![0, 1, 2]);
         let hashes = [&base, &swapped_children, &other_sets, &other_sizes, &one_leaf].map(tree_hash);
         for (i, a) in hashes.iter().enumerate() {

@@ -49,9 +49,7 @@ impl Node {
     pub fn leaf(aabb: Aabb, first: usize, triangles: usize) -> Self {
         debug_assert!(triangles < LEAF as usize);
         Self {
-            aabb,
-            first: u32::try_from(first).expect("more than 2³² slots"),
-            tagged_count: triangles as u32 | LEAF,
+            aabb, first: u32::try_from(first).expect("more than 2³² slots"), tagged_count: triangles as u32 | LEAF
         }
     }
 
@@ -77,11 +75,7 @@ impl Node {
     /// The node's kind with its range.
     #[inline(always)]
     pub fn kind(&self) -> NodeKind {
-        if self.is_leaf() {
-            NodeKind::Leaf(self.range())
-        } else {
-            NodeKind::Inner(self.range())
-        }
+        if self.is_leaf() { NodeKind::Leaf(self.range()) } else { NodeKind::Inner(self.range()) }
     }
 }
 

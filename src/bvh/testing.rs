@@ -37,11 +37,7 @@ pub fn soup(seed: u64, n: usize, size: f32) -> Vec<Triangle> {
     (0..n)
         .map(|_| {
             let at = random.point(1.0);
-            Triangle::new(
-                at + random.point(size),
-                at + random.point(size),
-                at + random.point(size),
-            )
+            Triangle::new(at + random.point(size), at + random.point(size), at + random.point(size))
         })
         .collect()
 }
@@ -102,11 +98,7 @@ fn split_with(boxes: &[Aabb], arity: usize, max_leaf: usize, mut split: impl FnM
             start = end;
         }
     }
-    let mut bvh = Bvh {
-        nodes,
-        triangle_ids: ids,
-        arity,
-    };
+    let mut bvh = Bvh { nodes, triangle_ids: ids, arity };
     tighten(&mut bvh, boxes);
     bvh
 }

@@ -163,21 +163,9 @@ impl std::error::Error for Violations {}
 /// # Errors
 /// The violations found; garbage of any kind is a violation, never a panic.
 pub fn validate(bvh: &Bvh, boxes: &[Aabb], limits: &Limits) -> Result<Coverage, Violations> {
-    let mut check = Check {
-        bvh,
-        boxes,
-        limits,
-        found: Violations {
-            first: Vec::new(),
-            total: 0,
-        },
-    };
+    let mut check = Check { bvh, boxes, limits, found: Violations { first: Vec::new(), total: 0 } };
     let coverage = check.run();
-    if check.found.total == 0 {
-        Ok(coverage)
-    } else {
-        Err(check.found)
-    }
+    if check.found.total == 0 { Ok(coverage) } else { Err(check.found) }
 }
 
 struct Check<'a> {
@@ -220,14 +208,7 @@ impl Check<'_> {
     /// Checks inner nodes. As children stand behind their parents, a pass over the nodes is a walk from the root.
     fn walk(&mut self, coverage: &mut Coverage) -> Vec<Place> {
         let nodes = &self.bvh.nodes;
-        let mut places = vec![
-            Place {
-                reached: false,
-                filler: false,
-                seen_through: Aabb::EMPTY,
-            };
-            nodes.len()
-        ];
+        let mut places = vec![Place { reached: false, filler: false, seen_through: Aabb::EMPTY }; nodes.len()];
         places[0].reached = true;
         places[0].seen_through = nodes[0].aabb;
         for (index, node) in nodes.iter().enumerate() {

@@ -18,11 +18,7 @@ pub(super) struct Clipped {
 
 impl Clipped {
     pub(super) fn new(triangle: &Triangle) -> Self {
-        Self {
-            corners: triangle.v.map(|p| p.as_dvec3()),
-            aabb: triangle.aabb(),
-            area: triangle.area(),
-        }
+        Self { corners: triangle.v.map(|p| p.as_dvec3()), aabb: triangle.aabb(), area: triangle.area() }
     }
 
     /// Area of the part within `to`, whose faces belong to it; Sutherland and Hodgman 1974, in f64.
@@ -88,10 +84,7 @@ fn area(polygon: &Polygon) -> f64 {
     let Some((&first, rest)) = polygon.split_first() else {
         return 0.0;
     };
-    let twice = rest
-        .windows(2)
-        .map(|edge| (edge[0] - first).cross(edge[1] - first))
-        .sum::<DVec3>();
+    let twice = rest.windows(2).map(|edge| (edge[0] - first).cross(edge[1] - first)).sum::<DVec3>();
     0.5 * twice.length()
 }
 
@@ -123,11 +116,7 @@ mod tests {
         assert_eq!(within([Vec3::ONE; 3], Vec3::ZERO, everything), 0.0);
         assert_eq!(within(t, everything, -everything), 0.0);
         // All six planes cut: the hexagon of x + y + z = 0 in the cube of half edge 1.
-        let t = [
-            Vec3::new(20.0, -10.0, -10.0),
-            Vec3::new(-10.0, 20.0, -10.0),
-            Vec3::new(-10.0, -10.0, 20.0),
-        ];
+        let t = [Vec3::new(20.0, -10.0, -10.0), Vec3::new(-10.0, 20.0, -10.0), Vec3::new(-10.0, -10.0, 20.0)];
         let hexagon = 3.0 * 3.0f64.sqrt();
         assert!((within(t, Vec3::NEG_ONE, Vec3::ONE) - hexagon).abs() < 1e-12);
     }

@@ -68,14 +68,7 @@ impl<'a> Walk<'a> {
     fn new(bvh: &'a Bvh, triangles: usize) -> Option<Self> {
         let nodes = &bvh.nodes;
         nodes.first()?;
-        let mut stops: Vec<Stop> = nodes
-            .iter()
-            .map(|n| Stop {
-                aabb: n.aabb,
-                hull: n.aabb,
-                subtree: 0..1,
-            })
-            .collect();
+        let mut stops: Vec<Stop> = nodes.iter().map(|n| Stop { aabb: n.aabb, hull: n.aabb, subtree: 0..1 }).collect();
         // Children before parents: sizes and hulls. Then parents before children: places.
         for index in (0..nodes.len()).rev() {
             for child in bvh.children(index) {
@@ -108,12 +101,7 @@ impl<'a> Walk<'a> {
                 next[t] += 1;
             }
         }
-        Some(Self {
-            bvh,
-            stops,
-            starts,
-            leaves,
-        })
+        Some(Self { bvh, stops, starts, leaves })
     }
 
     /// Σ C(n) · area(triangle ∩ n's box) over the nodes n that do not hold the triangle.
@@ -176,19 +164,12 @@ mod tests {
     fn squares(x: f32) -> (Bvh, Vec<Triangle>) {
         let square = |x: f32| {
             let p = |dx, dy| Vec3::new(x + dx, dy, 0.0);
-            [
-                Triangle::new(p(0.0, 0.0), p(1.0, 0.0), p(1.0, 1.0)),
-                Triangle::new(p(0.0, 0.0), p(1.0, 1.0), p(0.0, 1.0)),
-            ]
+            [Triangle::new(p(0.0, 0.0), p(1.0, 0.0), p(1.0, 1.0)), Triangle::new(p(0.0, 0.0), p(1.0, 1.0), p(0.0, 1.0))]
         };
         let triangles = [square(0.0), square(x)].concat();
         let b = boxes(&triangles);
         let bvh = Bvh {
-            nodes: vec![
-                Node::inner(Aabb::union_of(&b), 1, 2),
-                Node::leaf(b[0], 0, 2),
-                Node::leaf(b[2], 2, 2),
-            ],
+            nodes: vec![Node::inner(Aabb::union_of(&b), 1, 2), Node::leaf(b[0], 0, 2), Node::leaf(b[2], 2, 2)],
             triangle_ids: (0..4).collect(),
             arity: 2,
         };

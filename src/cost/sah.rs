@@ -15,21 +15,14 @@ pub struct SahParams {
 impl Default for SahParams {
     /// Both 1: what every row and table of the laboratory uses.
     fn default() -> Self {
-        Self {
-            c_trav: 1.0,
-            c_isect: 1.0,
-        }
+        Self { c_trav: 1.0, c_isect: 1.0 }
     }
 }
 
 impl SahParams {
     /// What a ray pays at a node that it enters: `c_trav` at an inner node, `c_isect` times the triangles of a leaf.
     pub fn node_cost(&self, node: &Node) -> f64 {
-        if node.is_leaf() {
-            self.c_isect * node.count() as f64
-        } else {
-            self.c_trav
-        }
+        if node.is_leaf() { self.c_isect * node.count() as f64 } else { self.c_trav }
     }
 }
 
@@ -42,10 +35,7 @@ pub fn sah(bvh: &Bvh, params: SahParams) -> Option<f64> {
     if !(root_area > 0.0 && root_area.is_finite()) {
         return None;
     }
-    let terms = bvh
-        .nodes
-        .iter()
-        .map(|node| node.aabb.surface_area() / root_area * params.node_cost(node));
+    let terms = bvh.nodes.iter().map(|node| node.aabb.surface_area() / root_area * params.node_cost(node));
     Some(terms.collect::<Sum>().value())
 }
 
@@ -60,11 +50,7 @@ mod tests {
     }
 
     fn tree(nodes: Vec<Node>) -> Bvh {
-        Bvh {
-            nodes,
-            triangle_ids: (0..8).collect(),
-            arity: 2,
-        }
+        Bvh { nodes, triangle_ids: (0..8).collect(), arity: 2 }
     }
 
     #[test]
@@ -77,10 +63,7 @@ mod tests {
         ]);
         let expected = 1.0 + 16.0 / 24.0 * 5.0;
         assert!((sah(&bvh, SahParams::default()).unwrap() - expected).abs() < 1e-15);
-        let params = SahParams {
-            c_trav: 2.0,
-            c_isect: 0.5,
-        };
+        let params = SahParams { c_trav: 2.0, c_isect: 0.5 };
         assert!((sah(&bvh, params).unwrap() - (2.0 + 16.0 / 24.0 * 2.5)).abs() < 1e-15);
         let leaf = tree(vec![Node::leaf(brick(1.0, 2.0, 3.0), 0, 4)]);
         assert_eq!(sah(&leaf, SahParams::default()), Some(4.0));
@@ -94,9 +77,6 @@ mod tests {
         let nan = tree(vec![Node::leaf(brick(f32::NAN, 1.0, 1.0), 0, 1)]);
         assert_eq!(sah(&nan, SahParams::default()), None);
         let huge = brick(f32::MAX, f32::MAX, f32::MAX);
-        assert_eq!(
-            sah(&tree(vec![Node::leaf(huge, 0, 1)]), SahParams::default()),
-            Some(1.0)
-        );
+        assert_eq!(sah(&tree(vec![Node::leaf(huge, 0, 1)]), SahParams::default()), Some(1.0));
     }
 }

@@ -27,10 +27,7 @@ pub struct TreeStats {
 
 /// Counts what a valid tree consists of.
 pub fn stats(bvh: &Bvh) -> TreeStats {
-    let mut stats = TreeStats {
-        bytes: bvh.bytes(),
-        ..TreeStats::default()
-    };
+    let mut stats = TreeStats { bytes: bvh.bytes(), ..TreeStats::default() };
     // Parents stand before their children: their depth is known when the children's is asked for.
     let mut depths = vec![0usize; bvh.nodes.len()];
     let mut children_in_all = 0;
@@ -102,16 +99,9 @@ mod tests {
 
     #[test]
     fn one_leaf_has_no_degree() {
-        let bvh = Bvh {
-            nodes: vec![Node::leaf(B, 0, 2)],
-            triangle_ids: vec![0, 1],
-            arity: 2,
-        };
+        let bvh = Bvh { nodes: vec![Node::leaf(B, 0, 2)], triangle_ids: vec![0, 1], arity: 2 };
         let s = stats(&bvh);
-        assert_eq!(
-            (s.inner, s.leaves, s.max_depth, s.max_leaf, s.avg_degree),
-            (0, 1, 0, 2, None)
-        );
+        assert_eq!((s.inner, s.leaves, s.max_depth, s.max_leaf, s.avg_degree), (0, 1, 0, 2, None));
         assert!(s.degree_histogram.is_empty());
     }
 

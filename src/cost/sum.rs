@@ -14,11 +14,7 @@ impl Sum {
     pub(super) fn add(&mut self, term: f64) {
         let total = self.sum + term;
         // What the addition rounded away, exactly: from the smaller of the two.
-        self.lost += if self.sum.abs() >= term.abs() {
-            (self.sum - total) + term
-        } else {
-            (term - total) + self.sum
-        };
+        self.lost += if self.sum.abs() >= term.abs() { (self.sum - total) + term } else { (term - total) + self.sum };
         self.sum = total;
     }
 

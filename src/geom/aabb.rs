@@ -13,10 +13,7 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box of nothing: the neutral element of [`Aabb::union`].
-    pub const EMPTY: Self = Self {
-        min: Vec3::INFINITY,
-        max: Vec3::NEG_INFINITY,
-    };
+    pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
     /// A box from two corners.
     pub const fn new(min: Vec3, max: Vec3) -> Self {

@@ -19,12 +19,7 @@ pub struct Ray {
 impl Ray {
     /// A ray without an end, from t = 0.
     pub const fn new(origin: Vec3, direction: Vec3) -> Self {
-        Self {
-            origin,
-            t_min: 0.0,
-            direction,
-            t_max: f32::INFINITY,
-        }
+        Self { origin, t_min: 0.0, direction, t_max: f32::INFINITY }
     }
 
     /// The point at distance `t`.

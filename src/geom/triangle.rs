@@ -70,11 +70,11 @@ impl Triangle {
         let (e1, e2) = (self.v[1] - self.v[0], self.v[2] - self.v[0]);
         let p = ray.direction.cross(e2);
         let det = e1.dot(p);
-        // Written so that NaN fails each test.
-        if !(det.abs() >= least_det) {
+        if det.abs() < least_det || det.is_nan() {
             return None;
         }
         let inv = 1.0 / det;
+        // Written so that NaN fails each test.
         let s = ray.origin - self.v[0];
         let u = s.dot(p) * inv;
         if !(0.0..=1.0).contains(&u) {

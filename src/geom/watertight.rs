@@ -91,12 +91,7 @@ mod tests {
     #[test]
     fn hits_from_both_sides_boundary_included() {
         let [a, b, c] = T.v;
-        let turned = [
-            T,
-            Triangle::new(b, c, a),
-            Triangle::new(c, a, b),
-            Triangle::new(a, c, b),
-        ];
+        let turned = [T, Triangle::new(b, c, a), Triangle::new(c, a, b), Triangle::new(a, c, b)];
         let cases = [
             (0.25, 0.25, true),
             (0.0, 0.0, true),

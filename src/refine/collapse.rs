@@ -27,11 +27,7 @@ pub fn collapse(bvh: &Bvh, arity: usize) -> Bvh {
             lists.dissolve(node, parent);
         }
     }
-    Bvh {
-        nodes: lists.depth_first(bvh),
-        triangle_ids: bvh.triangle_ids.clone(),
-        arity: arity.max(bvh.arity),
-    }
+    Bvh { nodes: lists.depth_first(bvh), triangle_ids: bvh.triangle_ids.clone(), arity: arity.max(bvh.arity) }
 }
 
 /// All nodes, level by level and left to right, and each node's parent ([`NONE`] for the root).
@@ -173,11 +169,7 @@ mod tests {
                 old.extend(&children[node]);
             }
         }
-        Bvh {
-            nodes,
-            triangle_ids: bvh.triangle_ids.clone(),
-            arity,
-        }
+        Bvh { nodes, triangle_ids: bvh.triangle_ids.clone(), arity }
     }
 
     fn unit_box(at: usize) -> Aabb {
@@ -256,17 +248,9 @@ mod tests {
 
     #[test]
     fn small_and_deep_trees() {
-        let leaf = Bvh {
-            nodes: vec![Node::leaf(unit_box(0), 0, 1)],
-            triangle_ids: vec![0],
-            arity: 2,
-        };
+        let leaf = Bvh { nodes: vec![Node::leaf(unit_box(0), 0, 1)], triangle_ids: vec![0], arity: 2 };
         assert_eq!(collapse(&leaf, 8).nodes, leaf.nodes);
-        let none = Bvh {
-            nodes: Vec::new(),
-            triangle_ids: Vec::new(),
-            arity: 2,
-        };
+        let none = Bvh { nodes: Vec::new(), triangle_ids: Vec::new(), arity: 2 };
         assert!(collapse(&none, 4).nodes.is_empty());
         let (deep, boxes) = binary(&chain(100_000));
         let wide = collapse(&deep, 8);

@@ -129,9 +129,7 @@ impl Study {
         let builds = self.builds.iter().map(|r| (&r.scene, r.triangles));
         let traces = self.traces.iter().map(|r| (&r.scene, r.triangles));
         let size = builds.chain(traces).find(|r| *r.0 == scene).map(|r| r.1);
-        size.map_or(Cell::missing(printed), |n| {
-            Cell::missing(printed).outcome(Status::Ok, Some(n as f64), None, "")
-        })
+        size.map_or(Cell::missing(printed), |n| Cell::missing(printed).outcome(Status::Ok, Some(n as f64), None, ""))
     }
 
     /// Rows about one tree, the literal engine's first: the thesis' times are those of the literal work.
@@ -172,10 +170,7 @@ impl Study {
             Status::Projected => Status::Capped,
             other => other,
         };
-        Cell {
-            engine: row.engine.clone(),
-            ..Cell::missing(printed).outcome(status, row.avg_degree, None, &row.note)
-        }
+        Cell { engine: row.engine.clone(), ..Cell::missing(printed).outcome(status, row.avg_degree, None, &row.note) }
     }
 
     fn trace_cell(&self, preset: &str, printed: &'static Printed, construction: Construction, arity: usize) -> Cell {

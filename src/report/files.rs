@@ -15,10 +15,7 @@ pub(crate) struct Folder {
 impl Folder {
     /// A folder that is made when the first file goes there.
     pub fn new(root: &Path) -> Self {
-        Self {
-            root: root.into(),
-            written: Vec::new(),
-        }
+        Self { root: root.into(), written: Vec::new() }
     }
 
     /// Writes the file `name` (a relative path) beside its place, then moves it there.

@@ -71,11 +71,7 @@ pub enum ReportError {
 
 impl ReportError {
     fn io(what: &'static str, path: &Path, source: std::io::Error) -> Self {
-        Self::Io {
-            what,
-            path: path.into(),
-            source,
-        }
+        Self::Io { what, path: path.into(), source }
     }
 }
 
@@ -85,10 +81,7 @@ impl ReportError {
 /// No rows; rows that are malformed, double, or of more than one program; an unreadable picture; the file system's.
 /// Files already written stay, each of them whole.
 pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
-    let study = Study {
-        builds: read::<BuildRow>(rows_dir)?,
-        traces: read::<TraceRow>(rows_dir)?,
-    };
+    let study = Study { builds: read::<BuildRow>(rows_dir)?, traces: read::<TraceRow>(rows_dir)? };
     check_origin(rows_dir, &study)?;
     let summary = Summary::of(&study);
     let mut folder = Folder::new(out_dir);
@@ -103,10 +96,7 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
 
     let figures = figures::draw_all(&study, rows_dir)?;
     for (name, rendered) in figures.iter() {
-        for (ending, bytes) in [
-            ("svg", rendered.map(|r| r.svg.as_bytes())),
-            ("png", rendered.map(|r| &r.png[..])),
-        ] {
+        for (ending, bytes) in [("svg", rendered.map(|r| r.svg.as_bytes())), ("png", rendered.map(|r| &r.png[..]))] {
             let file = format!("figures/{name}.{ending}");
             match bytes {
                 Some(bytes) => folder.write(&file, bytes)?,
@@ -117,10 +107,7 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
 
     let html = page::html(&study, &summary, &figures);
     folder.write("index.html", html.as_bytes())?;
-    Ok(Summary {
-        files: folder.into_written(),
-        ..summary
-    })
+    Ok(Summary { files: folder.into_written(), ..summary })
 }
 
 fn check_origin(rows_dir: &Path, study: &Study) -> Result<(), ReportError> {
@@ -129,11 +116,9 @@ fn check_origin(rows_dir: &Path, study: &Study) -> Result<(), ReportError> {
     let traces = study.traces.first().map(|r| name(r.origin()));
     match (builds, traces) {
         (None, None) => Err(ReportError::NoRows(rows_dir.into())),
-        (Some(builds), Some(traces)) if builds != traces => Err(ReportError::Mixed {
-            path: rows_dir.into(),
-            builds,
-            traces,
-        }),
+        (Some(builds), Some(traces)) if builds != traces => {
+            Err(ReportError::Mixed { path: rows_dir.into(), builds, traces })
+        }
         _ => Ok(()),
     }
 }

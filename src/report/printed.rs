@@ -176,10 +176,7 @@ mod tests {
     fn every_cell_is_there_once() {
         let counts: Vec<usize> = (1..=9).map(|t| table(t).count()).collect();
         assert_eq!(counts, [5, 30, 10, 30, 30, 30, 30, 30, 30]);
-        let keys: HashSet<_> = cells()
-            .iter()
-            .map(|c| (c.table, c.model, c.construction, c.arity))
-            .collect();
+        let keys: HashSet<_> = cells().iter().map(|c| (c.table, c.model, c.construction, c.arity)).collect();
         assert_eq!(keys.len(), cells().len());
         assert_eq!(cells().iter().filter(|c| c.is_size_column()).count(), 35);
         let sizes = [648, 2540, 11516, 25340, 88748];
@@ -251,9 +248,8 @@ mod tests {
     /// Times grow with the model in every column, nodes per pixel too (Table 2's doubtful cells included).
     #[test]
     fn columns_grow_with_the_model() {
-        for (number, construction) in [2, 5, 7, 9]
-            .into_iter()
-            .flat_map(|t| [(t, Construction::TopDown), (t, Construction::BottomUp)])
+        for (number, construction) in
+            [2, 5, 7, 9].into_iter().flat_map(|t| [(t, Construction::TopDown), (t, Construction::BottomUp)])
         {
             for arity in [2, 4, 8] {
                 let column: Vec<f64> = Model::ALL
@@ -263,10 +259,7 @@ mod tests {
                     .collect();
                 // Table 9 prints 3.74 for Tiny and 3.70 for Small, bottom-up, arity 8; Table 7 prints 3.68 twice.
                 let slack = if number == 2 { 0.0 } else { 0.05 };
-                assert!(
-                    column.windows(2).all(|w| w[1] >= w[0] - slack),
-                    "{number} {construction:?} {arity}"
-                );
+                assert!(column.windows(2).all(|w| w[1] >= w[0] - slack), "{number} {construction:?} {arity}");
             }
         }
     }

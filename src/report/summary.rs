@@ -71,10 +71,7 @@ impl Summary {
         Self {
             files: Vec::new(),
             cells,
-            error_rows: builds
-                .chain(study.traces.iter().map(|r| &r.status))
-                .filter(|s| failed(s))
-                .count(),
+            error_rows: builds.chain(study.traces.iter().map(|r| &r.status)).filter(|s| failed(s)).count(),
             table5: within(study, 5, |model, arity| model != Model::Huge && arity != Some(8)),
             table5_all: within(study, 5, |_, _| true),
             table3: within(study, 3, |_, _| true),

@@ -18,11 +18,7 @@ impl Assembly {
     /// An assembly that is full at `limit` triangles and takes no more: generators of whole shapes fill it until then,
     /// and the last shape is cut short.
     pub(super) fn with_limit(limit: usize) -> Self {
-        Self {
-            triangles: Vec::with_capacity(limit),
-            objects: Vec::new(),
-            limit,
-        }
+        Self { triangles: Vec::with_capacity(limit), objects: Vec::new(), limit }
     }
 
     /// How many triangles still fit.
@@ -43,10 +39,7 @@ impl Assembly {
     /// Opens an object; the triangles pushed from now on are its own.
     pub(super) fn begin(&mut self, name: impl Into<String>) {
         let start = self.triangles.len();
-        self.objects.push(Object {
-            name: name.into(),
-            triangles: start..start,
-        });
+        self.objects.push(Object { name: name.into(), triangles: start..start });
     }
 
     /// Adds a triangle to the object opened last, if there is room.

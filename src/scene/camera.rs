@@ -21,11 +21,8 @@ impl Camera {
     /// A point is seen from a distance of 1, or of what f32 can tell apart where it lies; an empty or non-finite box is
     /// taken for the origin. Eyes are kept within the range of f32, so a box that fills it cannot be seen whole.
     pub fn framing(bounds: &Aabb) -> Self {
-        let (centre, half) = if bounds.is_valid() {
-            (bounds.centre(), bounds.extent() * 0.5)
-        } else {
-            (DVec3::ZERO, DVec3::ZERO)
-        };
+        let (centre, half) =
+            if bounds.is_valid() { (bounds.centre(), bounds.extent() * 0.5) } else { (DVec3::ZERO, DVec3::ZERO) };
         let backward = THREE_QUARTER.normalize();
         let (right, up) = picture_axes(-backward, DVec3::Y);
         let slope = libm::tan(f64::from(FRAMING_FOV).to_radians() / 2.0);
@@ -51,19 +48,11 @@ impl Camera {
 
     /// A picture of `width` × `height` pixels through this camera.
     pub fn view(&self, width: u32, height: u32) -> View {
-        let forward = (self.look_at.as_dvec3() - self.eye.as_dvec3())
-            .try_normalize()
-            .unwrap_or(DVec3::NEG_Z);
+        let forward = (self.look_at.as_dvec3() - self.eye.as_dvec3()).try_normalize().unwrap_or(DVec3::NEG_Z);
         let (right, up) = picture_axes(forward, self.up.as_dvec3());
         let slope = libm::tan(f64::from(self.fov_degrees).to_radians() / 2.0);
         let size = DVec2::new(f64::from(width), f64::from(height));
-        View {
-            eye: self.eye,
-            forward,
-            right: right * slope,
-            up: up * slope,
-            size,
-        }
+        View { eye: self.eye, forward, right: right * slope, up: up * slope, size }
     }
 
     /// The ray through the centre of pixel (`px`, `py`), counted from the upper left, of unit direction.
@@ -167,9 +156,7 @@ impl FromStr for CameraSpec {
             let unknown = || CameraError::UnknownPart(first.escape_debug().to_string());
             let (name, value) = first.split_once('=').ok_or_else(unknown)?;
             let more = tail.iter().take_while(|word| !word.contains('=')).count();
-            let values: Vec<&str> = std::iter::once(value.trim())
-                .chain(tail[..more].iter().copied())
-                .collect();
+            let values: Vec<&str> = std::iter::once(value.trim()).chain(tail[..more].iter().copied()).collect();
             rest = &tail[more..];
             match name.trim() {
                 "eye" => set("eye", &mut spec.eye, point("eye", &values)?)?,
@@ -234,11 +221,7 @@ fn angle(values: &[&str]) -> Result<f32, CameraError> {
         wanted: "one number of degrees",
         found: values.join(",").escape_debug().to_string(),
     })?;
-    if value > 0.0 && value < 180.0 {
-        Ok(value)
-    } else {
-        Err(CameraError::FieldOfView(value))
-    }
+    if value > 0.0 && value < 180.0 { Ok(value) } else { Err(CameraError::FieldOfView(value)) }
 }
 
 #[cfg(test)]
@@ -284,12 +267,7 @@ mod tests {
     #[test]
     fn framing_survives_what_cannot_be_framed() {
         let whole = Aabb::new(Vec3::splat(f32::MIN), Vec3::splat(f32::MAX));
-        for bounds in [
-            Aabb::EMPTY,
-            Aabb::new(Vec3::NAN, Vec3::NAN),
-            whole,
-            Aabb::around([Vec3::splat(1e30)]),
-        ] {
+        for bounds in [Aabb::EMPTY, Aabb::new(Vec3::NAN, Vec3::NAN), whole, Aabb::around([Vec3::splat(1e30)])] {
             let camera = Camera::framing(&bounds);
             assert!(camera.eye.is_finite() && camera.look_at.is_finite() && camera.eye != camera.look_at);
             let ray = camera.primary_ray(0, 0, 3, 2);
@@ -299,12 +277,7 @@ mod tests {
 
     #[test]
     fn rays_go_through_pixel_centres() {
-        let camera = Camera {
-            eye: Vec3::new(0.0, 0.0, 5.0),
-            look_at: Vec3::ZERO,
-            up: Vec3::Y,
-            fov_degrees: 90.0,
-        };
+        let camera = Camera { eye: Vec3::new(0.0, 0.0, 5.0), look_at: Vec3::ZERO, up: Vec3::Y, fov_degrees: 90.0 };
         assert_eq!(camera.primary_ray(1, 1, 3, 3).direction, Vec3::NEG_Z);
         let corner = camera.primary_ray(0, 0, 2, 2);
         assert_eq!(corner.origin, camera.eye);
@@ -315,12 +288,7 @@ mod tests {
 
     #[test]
     fn an_up_along_the_view_is_replaced() {
-        let camera = Camera {
-            eye: Vec3::Y,
-            look_at: Vec3::ZERO,
-            up: Vec3::Y,
-            fov_degrees: 45.0,
-        };
+        let camera = Camera { eye: Vec3::Y, look_at: Vec3::ZERO, up: Vec3::Y, fov_degrees: 45.0 };
         assert!(camera.primary_ray(0, 0, 4, 4).direction.is_finite());
     }
 
@@ -332,11 +300,7 @@ mod tests {
         assert_eq!(camera.look_at, Vec3::new(-1.0, 0.0, 100.0));
         assert_eq!((camera.up, camera.fov_degrees), (Vec3::Y, 60.0));
         let partial: CameraSpec = "fov = 12, up = 0, 0, 1".parse().unwrap();
-        let expected = Camera {
-            up: Vec3::Z,
-            fov_degrees: 12.0,
-            ..CAMERA
-        };
+        let expected = Camera { up: Vec3::Z, fov_degrees: 12.0, ..CAMERA };
         assert_eq!(partial.apply(&CAMERA), Ok(expected));
     }
 

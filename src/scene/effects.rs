@@ -21,6 +21,16 @@ impl Effect {
     /// Every effect.
     pub const ALL: [Self; 4] = [Self::Mirror, Self::Transparency, Self::Refraction, Self::Emission];
 
+    /// Its name in rows, JSON and on the command line.
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Mirror => "mirror",
+            Self::Transparency => "transparency",
+            Self::Refraction => "refraction",
+            Self::Emission => "emission",
+        }
+    }
+
     /// Whether the material calls for it (MTL format, Wavefront 1995, illumination models 0 to 10).
     pub fn is_called_for_by(self, material: &Material) -> bool {
         let model = material.illumination_model;
@@ -68,17 +78,11 @@ mod tests {
     use super::*;
 
     fn called_for(material: Material) -> Vec<Effect> {
-        Effect::ALL
-            .into_iter()
-            .filter(|effect| effect.is_called_for_by(&material))
-            .collect()
+        Effect::ALL.into_iter().filter(|effect| effect.is_called_for_by(&material)).collect()
     }
 
     fn model(illumination_model: u8) -> Material {
-        Material {
-            illumination_model,
-            ..Material::default()
-        }
+        Material { illumination_model, ..Material::default() }
     }
 
     #[test]
@@ -99,22 +103,12 @@ mod tests {
             &[],
         ];
         assert!(calls.eq(expected));
-        let see_through = |refraction_index| Material {
-            opacity: 0.5,
-            refraction_index,
-            ..Material::default()
-        };
+        let see_through = |refraction_index| Material { opacity: 0.5, refraction_index, ..Material::default() };
         assert_eq!(called_for(see_through(1.0)), [Transparency]);
         assert_eq!(called_for(see_through(1.5)), [Transparency, Refraction]);
-        let opaque = Material {
-            refraction_index: 1.5,
-            ..Material::default()
-        };
+        let opaque = Material { refraction_index: 1.5, ..Material::default() };
         assert_eq!(called_for(opaque), []);
-        let lamp = Material {
-            emission: Vec3::Z,
-            ..Material::default()
-        };
+        let lamp = Material { emission: Vec3::Z, ..Material::default() };
         assert_eq!(called_for(lamp), [Emission]);
     }
 
@@ -122,22 +116,11 @@ mod tests {
     fn only_materials_in_use_count() {
         let mut scene = Scene::load("gen:soup:3").unwrap();
         assert_eq!(effects(&scene), []);
-        let named = |name: &str, illum| Material {
-            name: name.into(),
-            ..model(illum)
-        };
-        scene
-            .materials
-            .extend([named("a", 3), named("unused", 7), named("b", 9)]);
+        let named = |name: &str, illum| Material { name: name.into(), ..model(illum) };
+        scene.materials.extend([named("a", 3), named("unused", 7), named("b", 9)]);
         scene.material_ids = vec![3, 0, 1];
-        let found: Vec<_> = effects(&scene)
-            .into_iter()
-            .map(|e| (e.effect, e.materials.join(",")))
-            .collect();
-        assert_eq!(
-            found,
-            [(Effect::Mirror, "a,b".into()), (Effect::Transparency, "b".into())]
-        );
+        let found: Vec<_> = effects(&scene).into_iter().map(|e| (e.effect, e.materials.join(","))).collect();
+        assert_eq!(found, [(Effect::Mirror, "a,b".into()), (Effect::Transparency, "b".into())]);
         let json = serde_json::to_string(&effects(&scene)[1]).unwrap();
         assert_eq!(json, r#"{"effect":"transparency","materials":["b"]}"#);
     }

@@ -52,9 +52,5 @@ pub enum SceneError {
 /// A path as it is shown: control characters escaped, so that a message stays one line.
 pub(super) fn one_line(path: &Path) -> String {
     let shown = path.display().to_string();
-    if shown.contains(char::is_control) {
-        shown.escape_debug().to_string()
-    } else {
-        shown
-    }
+    if shown.contains(char::is_control) { shown.escape_debug().to_string() } else { shown }
 }

@@ -20,10 +20,7 @@ pub fn export_obj(scene: &Scene, path: &Path) -> Result<(), SceneError> {
             write(&mut out)?;
             out.flush()
         });
-        written.map_err(|source| SceneError::Unwritable {
-            path: path.to_owned(),
-            source,
-        })
+        written.map_err(|source| SceneError::Unwritable { path: path.to_owned(), source })
     };
     let names = material_names(&scene.materials);
     let library = path.with_extension("mtl");
@@ -31,10 +28,7 @@ pub fn export_obj(scene: &Scene, path: &Path) -> Result<(), SceneError> {
     if has_library {
         write_file(&library, &|out| write_materials(out, &scene.materials, &names))?;
     }
-    let library_name = library
-        .file_name()
-        .filter(|_| has_library)
-        .map(|name| name.display().to_string());
+    let library_name = library.file_name().filter(|_| has_library).map(|name| name.display().to_string());
     write_file(path, &|out| {
         if let Some(name) = &library_name {
             writeln!(out, "mtllib {name}")?;
@@ -110,10 +104,7 @@ fn material_names(materials: &[Material]) -> Vec<String> {
 
 /// A name without what would end a line, begin a comment or join two lines.
 fn plain(name: &str) -> String {
-    let words: Vec<_> = name
-        .split(|c: char| c.is_whitespace() || c.is_control())
-        .filter(|w| !w.is_empty())
-        .collect();
+    let words: Vec<_> = name.split(|c: char| c.is_whitespace() || c.is_control()).filter(|w| !w.is_empty()).collect();
     let name = words.join(" ").replace(['#', '\\'], "_");
     if name.is_empty() { "unnamed".into() } else { name }
 }
@@ -175,14 +166,8 @@ mod tests {
             opacity: 0.25,
             illumination_model: 7,
         };
-        let twin = Material {
-            opacity: 0.5,
-            ..glass.clone()
-        };
-        let false_default = Material {
-            opacity: 0.75,
-            ..Material::default()
-        };
+        let twin = Material { opacity: 0.5, ..glass.clone() };
+        let false_default = Material { opacity: 0.75, ..Material::default() };
         scene.materials.extend([glass, twin, false_default]);
         scene.material_ids = vec![0, 1, 2, 0, 3];
         let (back, _) = round_trip(&scene);
@@ -190,10 +175,7 @@ mod tests {
         assert_eq!(back.objects[0].name, "two lines _ _");
         assert_eq!(back.materials[2].name, "my glass.2");
         for (found, written) in back.materials.iter().zip(&scene.materials) {
-            let renamed = Material {
-                name: written.name.clone(),
-                ..found.clone()
-            };
+            let renamed = Material { name: written.name.clone(), ..found.clone() };
             assert_eq!(renamed, *written);
         }
         assert_eq!(back.warnings, Vec::<String>::new());
@@ -202,9 +184,7 @@ mod tests {
     #[test]
     fn a_place_that_cannot_be_written_is_told() {
         let scene = Scene::load("gen:grid:1").unwrap();
-        let error = export_obj(&scene, Path::new("no/such/folder/x.obj"))
-            .unwrap_err()
-            .to_string();
+        let error = export_obj(&scene, Path::new("no/such/folder/x.obj")).unwrap_err().to_string();
         assert!(error.starts_with("cannot write no/such/folder/x.obj: "), "{error}");
     }
 }

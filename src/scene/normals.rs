@@ -68,13 +68,7 @@ mod tests {
     fn faces_count_by_area_within_one_object() {
         let joined = smooth_normals(&scene(&[&[FLOOR, WALL]]));
         let mean = Vec3::new(4.0, 0.0, 1.0).normalize();
-        for (id, vertex, expected) in [
-            (0, 0, mean),
-            (0, 2, mean),
-            (0, 1, Vec3::Z),
-            (1, 0, mean),
-            (1, 2, Vec3::X),
-        ] {
+        for (id, vertex, expected) in [(0, 0, mean), (0, 2, mean), (0, 1, Vec3::Z), (1, 0, mean), (1, 2, Vec3::X)] {
             assert!((joined[id][vertex] - expected).length() < 1e-6);
         }
         let apart = smooth_normals(&scene(&[&[FLOOR], &[WALL]]));
@@ -84,10 +78,7 @@ mod tests {
     #[test]
     fn what_cancels_or_is_degenerate_still_has_a_unit_normal() {
         let back = [FLOOR[0], FLOOR[2], FLOOR[1]];
-        assert_eq!(
-            smooth_normals(&scene(&[&[FLOOR, back]])),
-            vec![[Vec3::Z; 3], [Vec3::NEG_Z; 3]]
-        );
+        assert_eq!(smooth_normals(&scene(&[&[FLOOR, back]])), vec![[Vec3::Z; 3], [Vec3::NEG_Z; 3]]);
         assert_eq!(smooth_normals(&scene(&[&[[[2.0; 3]; 3]]])), vec![[Vec3::Y; 3]]);
         let mut tiny = scene(&[&[FLOOR]]);
         tiny.triangles[0] = Triangle::new(Vec3::ZERO, Vec3::X * 1e-40, Vec3::Y * 1e-40);

@@ -29,10 +29,7 @@ impl Scene {
 fn load_level(spec: &str, name: &str) -> Result<Scene, SceneError> {
     match thesis::LEVELS.iter().find(|info| info.name == name) {
         Some(info) => Ok(thesis::generate(info.level)),
-        None => Err(unknown(
-            spec,
-            format!("there is no such level{}", did_you_mean(name, &level_names())),
-        )),
+        None => Err(unknown(spec, format!("there is no such level{}", did_you_mean(name, &level_names())))),
     }
 }
 
@@ -48,20 +45,14 @@ fn load_family(spec: &str, words: &str) -> Result<Scene, SceneError> {
     let count = match words.next().map(str::parse) {
         Some(Ok(count)) if (1..=most).contains(&count) => count,
         Some(_) => {
-            return Err(unknown(
-                spec,
-                format!("the triangles must be a number from 1 to {most}; {form}"),
-            ));
+            return Err(unknown(spec, format!("the triangles must be a number from 1 to {most}; {form}")));
         }
         None => return Err(unknown(spec, format!("the number of triangles is missing; {form}"))),
     };
     let seed = match words.next().map(str::parse) {
         Some(Ok(seed)) => seed,
         Some(Err(_)) => {
-            return Err(unknown(
-                spec,
-                format!("the seed must be a number from 0 to 2^64 - 1; {form}"),
-            ));
+            return Err(unknown(spec, format!("the seed must be a number from 0 to 2^64 - 1; {form}")));
         }
         None => families::DEFAULT_SEED,
     };
@@ -76,56 +67,33 @@ fn load_file(spec: &str) -> Result<Scene, SceneError> {
     let path = Path::new(spec);
     if path.extension().is_none() && !path.exists() {
         let hint = did_you_mean(spec, &[level_names(), family_names()].concat());
-        return Err(unknown(
-            spec,
-            format!("it is neither {THESIS}… nor {GEN}… nor a file{hint}"),
-        ));
+        return Err(unknown(spec, format!("it is neither {THESIS}… nor {GEN}… nor a file{hint}")));
     }
     file::load(path)
 }
 
 fn unknown(spec: &str, reason: String) -> SceneError {
-    SceneError::Unknown {
-        spec: spec.escape_debug().to_string(),
-        reason,
-    }
+    SceneError::Unknown { spec: spec.escape_debug().to_string(), reason }
 }
 
 fn level_names() -> Vec<String> {
-    thesis::LEVELS
-        .iter()
-        .map(|info| format!("{THESIS}{}", info.name))
-        .collect()
+    thesis::LEVELS.iter().map(|info| format!("{THESIS}{}", info.name)).collect()
 }
 
 fn family_names() -> Vec<String> {
-    families::FAMILIES
-        .iter()
-        .map(|family| format!("{GEN}{}", family.name))
-        .collect()
+    families::FAMILIES.iter().map(|family| format!("{GEN}{}", family.name)).collect()
 }
 
 /// `; did you mean a or b?` with the nearest of `names`, or nothing where none is near.
 fn did_you_mean(word: &str, names: &[String]) -> String {
-    let short = |name: &str| {
-        name.split_once(':')
-            .map_or(usize::MAX, |(_, bare)| edit_distance(word, bare))
-    };
-    let distances: Vec<_> = names
-        .iter()
-        .map(|name| edit_distance(word, name).min(short(name)))
-        .collect();
+    let short = |name: &str| name.split_once(':').map_or(usize::MAX, |(_, bare)| edit_distance(word, bare));
+    let distances: Vec<_> = names.iter().map(|name| edit_distance(word, name).min(short(name))).collect();
     let least = distances.iter().copied().min().unwrap_or(usize::MAX);
     if least > word.chars().count().div_ceil(3).min(4) {
         return String::new();
     }
-    let nearest: Vec<_> = names
-        .iter()
-        .zip(distances)
-        .filter(|&(_, d)| d == least)
-        .map(|(name, _)| format!("'{name}'"))
-        .take(3)
-        .collect();
+    let nearest: Vec<_> =
+        names.iter().zip(distances).filter(|&(_, d)| d == least).map(|(name, _)| format!("'{name}'")).take(3).collect();
     format!("; did you mean {}?", nearest.join(" or "))
 }
 
@@ -168,10 +136,7 @@ mod tests {
             ("thesis:smal", "did you mean 'thesis:small'?"),
             ("thesis:", "no such level"),
             ("gen:sphere:10", "did you mean 'gen:spheres'?"),
-            (
-                "gen:soup",
-                "number of triangles is missing; the form is gen:soup:TRIANGLES[:SEED]",
-            ),
+            ("gen:soup", "number of triangles is missing; the form is gen:soup:TRIANGLES[:SEED]"),
             ("gen:soup:0", "from 1 to"),
             ("gen:soup:-3", "from 1 to"),
             ("gen:soup:99999999999999999999999", "from 1 to"),
@@ -192,12 +157,7 @@ mod tests {
 
     #[test]
     fn edit_distances() {
-        for (a, b, distance) in [
-            ("", "abc", 3),
-            ("kitten", "sitting", 3),
-            ("same", "same", 0),
-            ("ab", "ba", 2),
-        ] {
+        for (a, b, distance) in [("", "abc", 3), ("kitten", "sitting", 3), ("same", "same", 0), ("ab", "ba", 2)] {
             assert_eq!(edit_distance(a, b), distance);
         }
     }

@@ -30,13 +30,12 @@ pub struct Batch<'a> {
 /// allocates next to nothing).
 pub fn trace_batch(batch: &Batch, hits: &mut Vec<HitRecord>) {
     hits.resize(batch.rays.len(), HitRecord::MISS);
-    batch
-        .rays
-        .par_chunks(CHUNK)
-        .zip(hits.par_chunks_mut(CHUNK))
-        .for_each_init(Scratch::default, |scratch, (rays, hits)| {
+    batch.rays.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each_init(
+        Scratch::default,
+        |scratch, (rays, hits)| {
             batch.trace_chunk(rays, hits, scratch, &mut ());
-        });
+        },
+    );
 }
 
 /// As [`trace_batch`], with the work counted: a separate pass, never the timed one.
@@ -58,10 +57,7 @@ pub fn count_batch(batch: &Batch) -> (Vec<HitRecord>, TraceCounters) {
 impl Batch<'_> {
     fn trace_chunk<P: TraceProbe>(&self, rays: &[Ray], hits: &mut [HitRecord], scratch: &mut Scratch, probe: &mut P) {
         for (ray, hit) in rays.iter().zip(hits) {
-            *hit = self
-                .kernel
-                .trace(self.query, self.bvh, self.triangles, ray, scratch, probe)
-                .into();
+            *hit = self.kernel.trace(self.query, self.bvh, self.triangles, ray, scratch, probe).into();
         }
     }
 }
@@ -81,13 +77,7 @@ mod tests {
         let bvh = median_split(&triangles, 4);
         for info in KERNELS {
             for query in [Query::Closest, Query::Any] {
-                let batch = Batch {
-                    kernel: info.kernel,
-                    query,
-                    bvh: &bvh,
-                    triangles: &triangles,
-                    rays: &rays,
-                };
+                let batch = Batch { kernel: info.kernel, query, bvh: &bvh, triangles: &triangles, rays: &rays };
                 let answers = [1, 2, 7].map(|threads| {
                     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                     pool.install(|| {

@@ -141,10 +141,7 @@ fn search<G: Goal, T: TriangleTest, S: SlabTest, P: TraceProbe>(
     let test = T::new(ray);
     let open = &mut scratch.open;
     open.clear();
-    open.push(OpenNode {
-        entry: f32::NEG_INFINITY,
-        node: 0,
-    });
+    open.push(OpenNode { entry: f32::NEG_INFINITY, node: 0 });
     let mut best: Option<Hit> = None;
     // Nodes entered at exactly the best t stay open: they may hold a lower id.
     let mut limit = pad_up(ray.t_max);
@@ -172,10 +169,7 @@ fn search<G: Goal, T: TriangleTest, S: SlabTest, P: TraceProbe>(
                     probe.box_test();
                     let (entry, exit) = slabs.interval(&bvh.nodes[child].aabb);
                     if entry <= exit && exit >= ray.t_min && entry <= limit {
-                        open.push(OpenNode {
-                            entry,
-                            node: child as u32,
-                        });
+                        open.push(OpenNode { entry, node: child as u32 });
                         // Nearest on top; among equals the lower index.
                         let mut i = open.len() - 1;
                         while i > start && open[i - 1].entry <= entry {

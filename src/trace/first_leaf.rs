@@ -29,10 +29,7 @@ pub struct FirstLeafOptions {
 
 impl Default for FirstLeafOptions {
     fn default() -> Self {
-        Self {
-            tie_slip: true,
-            linear_lookup: false,
-        }
+        Self { tie_slip: true, linear_lookup: false }
     }
 }
 
@@ -74,20 +71,11 @@ pub fn first_leaf<P: TraceProbe>(
                 for node in children {
                     probe.box_test();
                     if let Some((entry, exit)) = slabs.enter(&bvh.nodes[node].aabb) {
-                        scratch.children.push(HitChild {
-                            entry,
-                            exit,
-                            node: node as u32,
-                            pending: true,
-                        });
+                        scratch.children.push(HitChild { entry, exit, node: node as u32, pending: true });
                     }
                 }
                 // One more than the boxes hit: the loop below lowers it on arrival as after a failed visit.
-                scratch.frames.push(Frame {
-                    start,
-                    first_child,
-                    counter: scratch.children.len() - start + 1,
-                });
+                scratch.frames.push(Frame { start, first_child, counter: scratch.children.len() - start + 1 });
             }
         }
         // The visit failed, or has only just begun: go on with the innermost node that has a pending child.
@@ -146,11 +134,7 @@ impl PublishedSlabs {
     fn new(ray: &Ray) -> Self {
         // Adding 0 turns −0 into 0: both signs give the same answer.
         let direction = ray.direction + Vec3::ZERO;
-        Self {
-            origin: ray.origin,
-            direction,
-            negative: direction.cmplt(Vec3::ZERO),
-        }
+        Self { origin: ray.origin, direction, negative: direction.cmplt(Vec3::ZERO) }
     }
 
     /// Entry and exit where the program takes the box as hit: slabs overlap, entry below the greatest f32 and not exactly
@@ -184,11 +168,7 @@ fn closest_of_leaf<P: TraceProbe>(
     let mut best: Option<Hit> = None;
     for &id in ids {
         probe.triangle_test();
-        let index = if linear_lookup {
-            look_up(triangles, id)
-        } else {
-            id as usize
-        };
+        let index = if linear_lookup { look_up(triangles, id) } else { id as usize };
         if let Some(t) = triangles[index].intersect_published(ray)
             && best.is_none_or(|b| t < b.t || (t == b.t && id < b.triangle))
         {
@@ -200,7 +180,5 @@ fn closest_of_leaf<P: TraceProbe>(
 
 /// Finds triangle `id` the slow way; the compiler may not see through it.
 fn look_up(triangles: &[Triangle], id: u32) -> usize {
-    (0..triangles.len())
-        .find(|&i| black_box(i) == id as usize)
-        .unwrap_or(id as usize)
+    (0..triangles.len()).find(|&i| black_box(i) == id as usize).unwrap_or(id as usize)
 }

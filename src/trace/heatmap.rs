@@ -86,11 +86,7 @@ impl HeatMap {
             })
             .flatten_iter()
             .collect();
-        Self {
-            quantity,
-            width,
-            counts,
-        }
+        Self { quantity, width, counts }
     }
 
     /// Mean and greatest count; zeros for a picture without pixels.
@@ -128,18 +124,13 @@ impl HeatMap {
             let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
             let style = (FONT, 13).into_font().color(&BLACK);
             let write = |text: String, x: u32, y: u32| {
-                area.draw(&Text::new(text, (x as i32, y as i32), style.clone()))
-                    .map_err(|e| fail(&e))
+                area.draw(&Text::new(text, (x as i32, y as i32), style.clone())).map_err(|e| fail(&e))
             };
             for tick in ticks(height, max) {
                 let y = (1.0 - tick as f32 / top) * height.saturating_sub(15) as f32 + 1.0;
                 write(tick.to_string(), self.width + BAR.end + 5, y as u32)?;
             }
-            write(
-                format!("{}: mean {mean:.2}, max {max}", self.quantity.label()),
-                4,
-                height + 7,
-            )?;
+            write(format!("{}: mean {mean:.2}, max {max}", self.quantity.label()), 4, height + 7)?;
             area.present().map_err(|e| fail(&e))?;
         }
         RgbImage::from_raw(size.0, size.1, pixels).ok_or_else(|| DrawError("the picture's size is off".into()))
@@ -154,9 +145,7 @@ fn ticks(height: u32, max: u64) -> Vec<u64> {
         .find(|step| max / step <= room)
         .unwrap_or(max);
     // The last multiple gives way to `max` where the two would overlap.
-    let multiples = (0..=room)
-        .map(|i| i.saturating_mul(step))
-        .take_while(|tick| tick.saturating_add(step / 2) < max);
+    let multiples = (0..=room).map(|i| i.saturating_mul(step)).take_while(|tick| tick.saturating_add(step / 2) < max);
     multiples.chain([max]).collect()
 }
 
@@ -174,15 +163,8 @@ fn font() -> Result<(), &'static str> {
 pub fn heat_colour(share: f32) -> [u8; 3] {
     let s = share.clamp(0.0, 1.0);
     let lightness = 0.17 + 0.78 * s;
-    let (hue, chroma) = (
-        (280.0 + 180.0 * s).to_radians(),
-        0.06 + 0.12 * (1.0 - (2.0 * s - 1.0).powi(2)),
-    );
-    srgb(oklab_to_linear(Vec3::new(
-        lightness,
-        chroma * libm::cosf(hue),
-        chroma * libm::sinf(hue),
-    )))
+    let (hue, chroma) = ((280.0 + 180.0 * s).to_radians(), 0.06 + 0.12 * (1.0 - (2.0 * s - 1.0).powi(2)));
+    srgb(oklab_to_linear(Vec3::new(lightness, chroma * libm::cosf(hue), chroma * libm::sinf(hue))))
 }
 
 fn oklab_to_linear(lab: Vec3) -> Vec3 {
@@ -246,11 +228,7 @@ mod tests {
 
     #[test]
     fn a_map_of_nothing_draws() {
-        let map = HeatMap {
-            quantity: Quantity::Nodes,
-            width: 0,
-            counts: Vec::new(),
-        };
+        let map = HeatMap { quantity: Quantity::Nodes, width: 0, counts: Vec::new() };
         assert_eq!(map.mean_and_max(), (0.0, 0));
         assert!(map.draw().is_ok());
     }

@@ -16,10 +16,7 @@ pub struct HitRecord {
 
 impl HitRecord {
     /// The record of a miss.
-    pub const MISS: Self = Self {
-        triangle: u32::MAX,
-        t: f32::INFINITY,
-    };
+    pub const MISS: Self = Self { triangle: u32::MAX, t: f32::INFINITY };
 
     /// Whether something was hit.
     pub fn is_hit(&self) -> bool {
@@ -67,10 +64,7 @@ mod tests {
     fn bytes_and_hash_are_pinned() {
         let hits = [Some(Hit { triangle: 258, t: 1.5 }).into(), None.into()];
         let bytes = hit_bytes(&hits);
-        assert_eq!(
-            bytes,
-            [2, 1, 0, 0, 0, 0, 0xc0, 0x3f, 255, 255, 255, 255, 0, 0, 0x80, 0x7f]
-        );
+        assert_eq!(bytes, [2, 1, 0, 0, 0, 0, 0xc0, 0x3f, 255, 255, 255, 255, 0, 0, 0x80, 0x7f]);
         assert_eq!(hit_hash(&hits), blake3::hash(&bytes).to_hex().as_str()[..32]);
         assert_ne!(hit_hash(&hits), hit_hash(&hits[..1]));
         assert!(hits[0].is_hit() && !hits[1].is_hit());

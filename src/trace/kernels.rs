@@ -56,10 +56,7 @@ pub const KERNELS: &[KernelInfo] = &[
     },
     KernelInfo {
         id: "first-leaf",
-        kernel: Kernel::FirstLeaf(FirstLeafOptions {
-            tie_slip: true,
-            linear_lookup: false,
-        }),
+        kernel: Kernel::FirstLeaf(FirstLeafOptions { tie_slip: true, linear_lookup: false }),
         summary: "the thesis' program: ends at the first leaf that reports a hit, not always the closest",
         paper: "Beick 2014",
     },

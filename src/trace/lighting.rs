@@ -92,12 +92,7 @@ impl std::ops::Add for ImageDigest {
 impl ImageCounts {
     /// The part that a timed run returns as well.
     pub fn digest(&self) -> ImageDigest {
-        ImageDigest {
-            rays: self.rays,
-            hits: self.hits,
-            cut: self.cut,
-            checksum: self.checksum,
-        }
+        ImageDigest { rays: self.rays, hits: self.hits, cut: self.cut, checksum: self.checksum }
     }
 }
 
@@ -134,9 +129,7 @@ pub fn run_image(view: &StudyView, lighting: Lighting, reading: Reading) -> Imag
 pub fn run_image_parallel(view: &StudyView, lighting: Lighting, reading: Reading) -> ImageDigest {
     (0..view.camera.height())
         .into_par_iter()
-        .map_init(Scratch::default, |scratch, y| {
-            trace_row(view, lighting, reading, y, scratch, &mut ())
-        })
+        .map_init(Scratch::default, |scratch, y| trace_row(view, lighting, reading, y, scratch, &mut ()))
         .reduce(ImageDigest::default, |a, b| a + b)
 }
 
@@ -148,13 +141,7 @@ fn trace_row<P: TraceProbe>(
     scratch: &mut Scratch,
     probe: &mut P,
 ) -> ImageDigest {
-    let mut tracer = Tracer {
-        view,
-        reading,
-        scratch,
-        probe,
-        digest: ImageDigest::default(),
-    };
+    let mut tracer = Tracer { view, reading, scratch, probe, digest: ImageDigest::default() };
     for x in 0..view.camera.width() {
         let ray = view.camera.ray(x, y);
         let Some(hit) = tracer.cast(&ray) else { continue };

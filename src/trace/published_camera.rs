@@ -79,12 +79,8 @@ mod tests {
     use glam::Vec3;
 
     fn thesis() -> PublishedCamera {
-        let camera = Camera {
-            eye: Vec3::new(22.0, 22.0, 32.0),
-            look_at: Vec3::ZERO,
-            up: Vec3::NEG_Y,
-            fov_degrees: 30.0,
-        };
+        let camera =
+            Camera { eye: Vec3::new(22.0, 22.0, 32.0), look_at: Vec3::ZERO, up: Vec3::NEG_Y, fov_degrees: 30.0 };
         PublishedCamera::new(&camera, THESIS_SIZE.0, THESIS_SIZE.1)
     }
 
@@ -108,10 +104,7 @@ mod tests {
         let look = camera.ray(150, 150).direction.as_dvec3();
         let edge = camera.ray(0, 150).direction.as_dvec3();
         let angle = edge.cross(look).length() / edge.dot(look);
-        assert!(
-            (angle - 149.0 * 2.0 * 15f64.to_radians().tan() / 300.0).abs() < 1e-6,
-            "{angle}"
-        );
+        assert!((angle - 149.0 * 2.0 * 15f64.to_radians().tan() / 300.0).abs() < 1e-6, "{angle}");
     }
 
     #[test]

@@ -37,16 +37,10 @@ pub enum RayFileError {
 /// # Errors
 /// [`RayFileError`].
 pub fn read_rays(path: &Path) -> Result<Vec<Ray>, RayFileError> {
-    let bytes = std::fs::read(path).map_err(|source| RayFileError::Io {
-        path: path.into(),
-        source,
-    })?;
+    let bytes = std::fs::read(path).map_err(|source| RayFileError::Io { path: path.into(), source })?;
     let (rays, rest) = bytes.as_chunks::<RAY_BYTES>();
     if !rest.is_empty() {
-        return Err(RayFileError::Size {
-            path: path.into(),
-            bytes: bytes.len(),
-        });
+        return Err(RayFileError::Size { path: path.into(), bytes: bytes.len() });
     }
     Ok(rays.iter().map(decode).collect())
 }
@@ -74,10 +68,7 @@ pub fn write_rays(path: &Path, rays: &[Ray]) -> Result<(), RayFileError> {
         })
         .flat_map(f32::to_le_bytes)
         .collect();
-    std::fs::write(path, bytes).map_err(|source| RayFileError::Io {
-        path: path.into(),
-        source,
-    })
+    std::fs::write(path, bytes).map_err(|source| RayFileError::Io { path: path.into(), source })
 }
 
 #[cfg(test)]
@@ -106,9 +97,6 @@ mod tests {
         std::fs::write(file.path(), [0; 33]).unwrap();
         let torn = read_rays(file.path()).unwrap_err();
         assert!(matches!(torn, RayFileError::Size { bytes: 33, .. }) && torn.to_string().contains("multiple of 32"));
-        assert!(matches!(
-            read_rays(Path::new("no/such.rays")),
-            Err(RayFileError::Io { .. })
-        ));
+        assert!(matches!(read_rays(Path::new("no/such.rays")), Err(RayFileError::Io { .. })));
     }
 }

@@ -14,9 +14,7 @@ use rayon::prelude::*;
 /// One ray through the centre of every pixel, row by row from the upper left.
 pub fn primary_rays(camera: &Camera, width: u32, height: u32) -> Vec<Ray> {
     let view = camera.view(width, height);
-    (0..height)
-        .flat_map(|y| (0..width).map(move |x| view.ray(x, y)))
-        .collect()
+    (0..height).flat_map(|y| (0..width).map(move |x| view.ray(x, y))).collect()
 }
 
 /// One ray from the closest hit of every primary ray that has one, in the order of `primary`: its direction drawn from the
@@ -43,10 +41,7 @@ pub fn shadow_rays(bvh: &Bvh, triangles: &[Triangle], primary: &[Ray], seed: u64
     from_hits(bvh, triangles, primary, seed, |ray, hit, random| {
         let start = leave_surface(ray, hit, &triangles[hit.triangle as usize]);
         let light = centre + on_sphere(random) * radius;
-        Ray {
-            t_max: 1.0,
-            ..Ray::new(start, (light - start.as_dvec3()).as_vec3())
-        }
+        Ray { t_max: 1.0, ..Ray::new(start, (light - start.as_dvec3()).as_vec3()) }
     })
 }
 
@@ -85,12 +80,7 @@ mod tests {
     use glam::Vec3;
 
     fn camera() -> Camera {
-        Camera {
-            eye: Vec3::new(0.5, 0.7, 3.0),
-            look_at: Vec3::splat(0.5),
-            up: Vec3::Y,
-            fov_degrees: 40.0,
-        }
+        Camera { eye: Vec3::new(0.5, 0.7, 3.0), look_at: Vec3::splat(0.5), up: Vec3::Y, fov_degrees: 40.0 }
     }
 
     #[test]
@@ -101,12 +91,7 @@ mod tests {
         assert_eq!(primary.len(), 1200);
         let sets = [1, 3].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| {
-                (
-                    diffuse_rays(&bvh, &triangles, &primary, 1),
-                    shadow_rays(&bvh, &triangles, &primary, 1),
-                )
-            })
+            pool.install(|| (diffuse_rays(&bvh, &triangles, &primary, 1), shadow_rays(&bvh, &triangles, &primary, 1)))
         });
         assert_eq!(sets[0], sets[1]);
         let (diffuse, shadow) = &sets[0];
@@ -123,11 +108,7 @@ mod tests {
 
     #[test]
     fn diffuse_directions_follow_the_cosine() {
-        let floor = [Triangle::new(
-            Vec3::new(-9.0, 0.0, -9.0),
-            Vec3::new(-9.0, 0.0, 99.0),
-            Vec3::new(99.0, 0.0, -9.0),
-        )];
+        let floor = [Triangle::new(Vec3::new(-9.0, 0.0, -9.0), Vec3::new(-9.0, 0.0, 99.0), Vec3::new(99.0, 0.0, -9.0))];
         let bvh = median_split(&floor, 2);
         let rays = diffuse_rays(&bvh, &floor, &vec![Ray::new(Vec3::Y, Vec3::NEG_Y); 20_000], 9);
         assert_eq!(rays.len(), 20_000);

@@ -24,12 +24,7 @@ pub struct RenderOptions {
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        Self {
-            width: 600,
-            height: 600,
-            samples: 2,
-            background: Vec3::new(0.86, 0.88, 0.92),
-        }
+        Self { width: 600, height: 600, samples: 2, background: Vec3::new(0.86, 0.88, 0.92) }
     }
 }
 
@@ -37,10 +32,7 @@ impl Default for RenderOptions {
 /// picture, turned by 180°, is that of this camera.
 #[must_use]
 pub fn upright(camera: &Camera) -> Camera {
-    Camera {
-        up: if camera.up.y < 0.0 { -camera.up } else { camera.up },
-        ..*camera
-    }
+    Camera { up: if camera.up.y < 0.0 { -camera.up } else { camera.up }, ..*camera }
 }
 
 /// Draws the closest hits: a headlight and one directional light, no shadows, diffuse colours (`Kd`) and emission (`Ke`),
@@ -53,23 +45,20 @@ pub fn render(scene: &Scene, normals: &[[Vec3; 3]], bvh: &Bvh, camera: &Camera, 
     let light = key_light(camera);
     let mut picture = RgbImage::new(options.width, options.height);
     let row_bytes = options.width as usize * 3;
-    picture
-        .par_chunks_mut(row_bytes.max(1))
-        .enumerate()
-        .for_each_init(Scratch::default, |scratch, (y, row)| {
-            for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
-                let mut sum = Vec3::ZERO;
-                for sample in 0..samples * samples {
-                    let (i, j) = (sample % samples, sample / samples);
-                    let ray = view.ray(x as u32 * samples + i, y as u32 * samples + j);
-                    sum += match closest_hit::<WatertightRay, ()>(bvh, &scene.triangles, &ray, scratch, &mut ()) {
-                        Some(hit) => shade(scene, normals, &ray, &hit, light),
-                        None => options.background,
-                    };
-                }
-                pixel.copy_from_slice(&srgb(sum / (samples * samples) as f32));
+    picture.par_chunks_mut(row_bytes.max(1)).enumerate().for_each_init(Scratch::default, |scratch, (y, row)| {
+        for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
+            let mut sum = Vec3::ZERO;
+            for sample in 0..samples * samples {
+                let (i, j) = (sample % samples, sample / samples);
+                let ray = view.ray(x as u32 * samples + i, y as u32 * samples + j);
+                sum += match closest_hit::<WatertightRay, ()>(bvh, &scene.triangles, &ray, scratch, &mut ()) {
+                    Some(hit) => shade(scene, normals, &ray, &hit, light),
+                    None => options.background,
+                };
             }
-        });
+            pixel.copy_from_slice(&srgb(sum / (samples * samples) as f32));
+        }
+    });
     picture
 }
 
@@ -85,10 +74,7 @@ fn shade(scene: &Scene, normals: &[[Vec3; 3]], ray: &Ray, hit: &Hit, light: DVec
     let triangle = &scene.triangles[id];
     let direction = ray.direction.as_dvec3().normalize();
     let flat = triangle.cross().normalize();
-    let smooth = normals
-        .get(id)
-        .and_then(|corners| interpolate(triangle, corners, ray, hit))
-        .unwrap_or(flat);
+    let smooth = normals.get(id).and_then(|corners| interpolate(triangle, corners, ray, hit)).unwrap_or(flat);
     // Both sides are lit alike: which side is out is not known of every mesh.
     let normal = if flat.dot(direction) > 0.0 { -smooth } else { smooth };
     let material = &scene.materials[usize::from(scene.material_ids[id])];
@@ -111,11 +97,7 @@ fn interpolate(triangle: &Triangle, corners: &[Vec3; 3], ray: &Ray, hit: &Hit) -
 pub(super) fn srgb(linear: Vec3) -> [u8; 3] {
     linear.to_array().map(|v| {
         let v = f64::from(v.clamp(0.0, 1.0));
-        let encoded = if v <= 0.003_130_8 {
-            12.92 * v
-        } else {
-            1.055 * libm::pow(v, 1.0 / 2.4) - 0.055
-        };
+        let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * libm::pow(v, 1.0 / 2.4) - 0.055 };
         (encoded * 255.0).round() as u8
     })
 }
@@ -129,11 +111,7 @@ mod tests {
     fn picture(camera: &Camera, threads: usize) -> RgbImage {
         let scene = Scene::load("thesis:tiny").unwrap();
         let bvh = median_split(&scene.triangles, 4);
-        let options = RenderOptions {
-            width: 90,
-            height: 60,
-            ..RenderOptions::default()
-        };
+        let options = RenderOptions { width: 90, height: 60, ..RenderOptions::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| render(&scene, &smooth_normals(&scene), &bvh, camera, &options))
     }

@@ -12,11 +12,7 @@ pub fn mirror(v: Vec3, normal: Vec3) -> Vec3 {
 /// The unit geometric normal of `triangle` on the side that `ray` comes from; zero for a triangle without area.
 pub fn facing_normal(triangle: &Triangle, ray: &Ray) -> DVec3 {
     let normal = triangle.cross().normalize_or_zero();
-    if normal.dot(ray.direction.as_dvec3()) > 0.0 {
-        -normal
-    } else {
-        normal
-    }
+    if normal.dot(ray.direction.as_dvec3()) > 0.0 { -normal } else { normal }
 }
 
 /// A start for rays that leave the surface at `hit` on the side that `ray` came from: the hit point moved along the
@@ -53,9 +49,7 @@ mod tests {
         for scale in [1.0, 1e6, 1e-6] {
             for offset in [Vec3::ZERO, Vec3::new(1e3, -2e3, 5e2) * scale] {
                 for _ in 0..2000 {
-                    let triangle = Triangle {
-                        v: [(); 3].map(|()| random.point(1.0) * scale + offset),
-                    };
+                    let triangle = Triangle { v: [(); 3].map(|()| random.point(1.0) * scale + offset) };
                     let inside = (triangle.v[0] + triangle.v[1] + triangle.v[2]) / 3.0;
                     let origin = random.point(1.0) * scale * 20.0 + offset;
                     let ray = Ray::new(origin, inside - origin);

@@ -57,12 +57,7 @@ impl Slabs {
     pub(super) fn new(ray: &Ray, root: &Aabb) -> Option<Self> {
         /// 2¹²⁵: sums of two such numbers and their inverses are normal numbers.
         const LIMIT: f32 = f32::from_bits((127 + 125) << 23);
-        let reach = ray
-            .origin
-            .abs()
-            .max(root.min.abs())
-            .max(root.max.abs())
-            .max(ray.direction.abs());
+        let reach = ray.origin.abs().max(root.min.abs()).max(root.max.abs()).max(ray.direction.abs());
         let size = ray.direction.abs();
         let subnormal_inverse = size.cmpgt(Vec3::ZERO) & size.cmplt(Vec3::splat(1.0 / LIMIT));
         let inverse = ray.direction.recip();
@@ -98,11 +93,7 @@ impl WideSlabs {
     /// Prepares `ray`.
     pub(super) fn new(ray: &Ray) -> Self {
         let inverse = ray.direction.as_dvec3().recip();
-        Self {
-            origin: ray.origin.as_dvec3(),
-            inverse,
-            negative: inverse.cmplt(DVec3::ZERO),
-        }
+        Self { origin: ray.origin.as_dvec3(), inverse, negative: inverse.cmplt(DVec3::ZERO) }
     }
 }
 
@@ -139,16 +130,10 @@ mod tests {
         let flat = Aabb::new(Vec3::ZERO, Vec3::new(1.0, 0.0, 1.0));
         for zero in [0.0, -0.0] {
             for y in [0.0, -0.0, 0.5, 1.0] {
-                assert!(
-                    hits(Vec3::new(-1.0, y, 0.5), Vec3::new(1.0, zero, zero), &UNIT),
-                    "{y} {zero}"
-                );
+                assert!(hits(Vec3::new(-1.0, y, 0.5), Vec3::new(1.0, zero, zero), &UNIT), "{y} {zero}");
             }
             for y in [-1e-30, 1.0000001] {
-                assert!(
-                    !hits(Vec3::new(-1.0, y, 0.5), Vec3::new(1.0, zero, zero), &UNIT),
-                    "{y} {zero}"
-                );
+                assert!(!hits(Vec3::new(-1.0, y, 0.5), Vec3::new(1.0, zero, zero), &UNIT), "{y} {zero}");
             }
             assert!(hits(Vec3::new(-1.0, 0.0, 0.5), Vec3::new(1.0, zero, zero), &flat));
             assert!(hits(Vec3::ZERO, Vec3::new(zero, zero, 1.0), &UNIT));
@@ -170,19 +155,7 @@ mod tests {
     #[test]
     fn padding_is_monotone_and_outward() {
         let mut last = f32::NEG_INFINITY;
-        for t in [
-            f32::NEG_INFINITY,
-            -1e38,
-            -1.0,
-            -1e-40,
-            0.0,
-            1e-45,
-            1e-20,
-            1.0,
-            1.0000001,
-            1e38,
-            f32::INFINITY,
-        ] {
+        for t in [f32::NEG_INFINITY, -1e38, -1.0, -1e-40, 0.0, 1e-45, 1e-20, 1.0, 1.0000001, 1e38, f32::INFINITY] {
             assert!(pad_up(t) >= t && pad_up(t) >= last);
             last = pad_up(t);
         }

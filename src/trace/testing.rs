@@ -28,11 +28,7 @@ pub fn median_split(triangles: &[Triangle], arity: usize) -> Bvh {
         let cut = |i: usize| range.start + range.len() * i / children;
         work.extend((0..children).map(|i| (first + i, cut(i)..cut(i + 1))));
     }
-    let mut bvh = Bvh {
-        nodes,
-        triangle_ids: ids,
-        arity,
-    };
+    let mut bvh = Bvh { nodes, triangle_ids: ids, arity };
     tighten(&mut bvh, &boxes);
     bvh
 }
@@ -41,11 +37,7 @@ pub fn median_split(triangles: &[Triangle], arity: usize) -> Bvh {
 pub fn grid_soup(seed: u64, n: usize) -> Vec<Triangle> {
     let mut random = Random(seed);
     let mut corner = || Vec3::from([(); 3].map(|()| random.below(4) as f32));
-    (0..n)
-        .map(|_| Triangle {
-            v: [(); 3].map(|()| corner()),
-        })
-        .collect()
+    (0..n).map(|_| Triangle { v: [(); 3].map(|()| corner()) }).collect()
 }
 
 /// From around the unit cube or inside it, through it, any direction.
@@ -74,11 +66,7 @@ pub fn sphere(centre: Vec3, radius: f32, rings: usize) -> Vec<Triangle> {
         let theta = std::f64::consts::PI * ring as f64 / rings as f64;
         let phi = std::f64::consts::TAU * (segment % segments) as f64 / segments as f64;
         // The poles' sine is not exactly 0: there every segment would have a vertex of its own.
-        let r = if ring.is_multiple_of(rings) {
-            0.0
-        } else {
-            libm::sin(theta)
-        };
+        let r = if ring.is_multiple_of(rings) { 0.0 } else { libm::sin(theta) };
         let p = glam::DVec3::new(r * libm::cos(phi), libm::cos(theta), r * libm::sin(phi));
         (centre.as_dvec3() + p * f64::from(radius)).as_vec3()
     };

@@ -11,10 +11,7 @@ fn ways_out(text: &str, top: bool) -> Vec<String> {
         let mut refuse = |reason: &str| found.push(format!("{reason}: {}", line.trim()));
         for (at, path) in line.match_indices("crate::") {
             let target = &line[at + path.len()..];
-            let word: String = target
-                .chars()
-                .take_while(|c| c.is_alphanumeric() || *c == '_')
-                .collect();
+            let word: String = target.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
             if word != "rows" && word != "report" {
                 refuse("another module");
             }
@@ -52,17 +49,8 @@ fn the_report_imports_rows_only() {
     assert!(files.len() > 10);
     for file in files {
         let text = fs::read_to_string(&file).unwrap();
-        assert_eq!(
-            ways_out(&text, file == folder.join("mod.rs")),
-            Vec::<String>::new(),
-            "{}",
-            file.display()
-        );
-        assert!(
-            text.starts_with("//! "),
-            "{} does not say what lives there",
-            file.display()
-        );
+        assert_eq!(ways_out(&text, file == folder.join("mod.rs")), Vec::<String>::new(), "{}", file.display());
+        assert!(text.starts_with("//! "), "{} does not say what lives there", file.display());
         assert!(text.lines().count() <= 400, "{} is two rooms", file.display());
     }
 }
@@ -81,12 +69,9 @@ fn ways_out_are_found() {
         assert_eq!(ways_out(line, false).len(), 1, "{line}");
     }
     assert_eq!(ways_out("use super::geom;", true).len(), 1);
-    for line in [
-        "use crate::rows::Row;",
-        "use crate::report::cells::Cell;",
-        "use super::nodes;",
-        "pub(crate) fn f() {}",
-    ] {
+    for line in
+        ["use crate::rows::Row;", "use crate::report::cells::Cell;", "use super::nodes;", "pub(crate) fn f() {}"]
+    {
         assert!(ways_out(line, false).is_empty(), "{line}");
     }
 }

@@ -61,21 +61,14 @@ fn everything_is_written_and_listed_and_the_same_twice() {
         expected.push(format!("figures/{figure}.png"));
     }
     expected.sort();
-    let mut listed: Vec<String> = summary
-        .files
-        .iter()
-        .map(|f| f.strip_prefix(dir.path()).unwrap().to_str().unwrap().to_owned())
-        .collect();
+    let mut listed: Vec<String> =
+        summary.files.iter().map(|f| f.strip_prefix(dir.path()).unwrap().to_str().unwrap().to_owned()).collect();
     listed.sort();
     assert_eq!(listed, expected);
     for file in &expected {
         assert!(!first[file].is_empty(), "{file}");
     }
-    assert_eq!(
-        first.len(),
-        expected.len() + 3,
-        "nothing else is left beside the three files of rows"
-    );
+    assert_eq!(first.len(), expected.len() + 3, "nothing else is left beside the three files of rows");
 
     let again = report::write(&dir.path().join("rows"), dir.path()).unwrap();
     assert_eq!(again, summary);
@@ -85,9 +78,7 @@ fn everything_is_written_and_listed_and_the_same_twice() {
 #[test]
 fn tables_hold_printed_corrected_ours_and_ratio() {
     let (dir, _) = written(rows(Some, Some));
-    let counts: Vec<usize> = (1..=9)
-        .map(|n| table(dir.path(), &format!("table{n}.csv")).len())
-        .collect();
+    let counts: Vec<usize> = (1..=9).map(|n| table(dir.path(), &format!("table{n}.csv")).len()).collect();
     assert_eq!(counts, [5, 30, 10, 30, 30, 30, 30, 30, 30]);
 
     let sizes = table(dir.path(), "table1.csv");
@@ -103,17 +94,11 @@ fn tables_hold_printed_corrected_ours_and_ratio() {
     let projected = line(&times, ["large", "top-down", "8"]);
     assert_eq!(projected[8], "projected");
     assert!(projected[6].parse::<f64>().unwrap() > 1000.0);
-    assert_eq!(
-        line(&times, ["huge", "bottom-up", "2"])[4..],
-        ["", "", "", "", "capped"]
-    );
+    assert_eq!(line(&times, ["huge", "bottom-up", "2"])[4..], ["", "", "", "", "capped"]);
 
     // Statistics of the tree come from the engine that finished.
     let degrees = table(dir.path(), "table3.csv");
-    assert_eq!(
-        line(&degrees, ["large", "bottom-up", "8"])[6..].join(","),
-        "7.2,1.073,ok"
-    );
+    assert_eq!(line(&degrees, ["large", "bottom-up", "8"])[6..].join(","), "7.2,1.073,ok");
     let nodes = table(dir.path(), "table5.csv");
     assert_eq!(line(&nodes, ["huge", "bottom-up", "2"])[4..8].join(","), ",,11.918,");
 }
@@ -126,19 +111,12 @@ fn each_table_reads_its_own_lighting_preset_and_quantity() {
     };
     let (dir, _) = written(rows(Some, |r| {
         let nodes = value(&r);
-        Some(TraceRow {
-            nodes_per_pixel: Some(nodes),
-            us_per_pixel: Some(nodes + 0.5),
-            ..r
-        })
+        Some(TraceRow { nodes_per_pixel: Some(nodes), us_per_pixel: Some(nodes + 0.5), ..r })
     }));
     for (number, ours) in [(4, 1.5), (5, 1.0), (6, 4.5), (7, 4.0), (8, 7.5), (9, 7.0)] {
         for (folder, offset) in [("", 0.0), ("text/", 100.0)] {
             let table = table(dir.path(), &format!("{folder}table{number}.csv"));
-            assert!(
-                table.iter().all(|l| l[6].parse::<f64>().unwrap() == ours + offset),
-                "{folder}{number}"
-            );
+            assert!(table.iter().all(|l| l[6].parse::<f64>().unwrap() == ours + offset), "{folder}{number}");
         }
     }
 }
@@ -146,29 +124,19 @@ fn each_table_reads_its_own_lighting_preset_and_quantity() {
 #[test]
 fn the_headline_counts_what_is_close() {
     let (_dir, summary) = written(rows(Some, Some));
-    assert_eq!(
-        (summary.table5.within, summary.table5.compared, summary.table5.printed),
-        (16, 16, 16)
-    );
+    assert_eq!((summary.table5.within, summary.table5.compared, summary.table5.printed), (16, 16, 16));
     assert_eq!((summary.table5_all.within, summary.table5_all.printed), (26, 26));
     assert_eq!(summary.error_rows, 0);
     assert_eq!(summary.engines_agree.0, summary.engines_agree.1);
     assert!(summary.engines_agree.1 > 0);
     let cells = summary.cells;
-    assert_eq!(
-        cells.ok + cells.capped + cells.projected + cells.error + cells.missing,
-        220
-    );
+    assert_eq!(cells.ok + cells.capped + cells.projected + cells.error + cells.missing, 220);
 
     // One cell far off, one wrong, one not there, one tree that differs between the engines.
     let (_dir, worse) = written(rows(
         |r| {
             let differs = r.key() == "published thesis:tiny top-down k=2 exact";
-            let tree_hash = if differs {
-                Some("bad".into())
-            } else {
-                r.tree_hash.clone()
-            };
+            let tree_hash = if differs { Some("bad".into()) } else { r.tree_hash.clone() };
             Some(BuildRow { tree_hash, ..r })
         },
         |mut r| match &r.key()[..] {
@@ -184,10 +152,7 @@ fn the_headline_counts_what_is_close() {
             _ => Some(r),
         },
     ));
-    assert_eq!(
-        (worse.table5.within, worse.table5.compared, worse.table5.printed),
-        (13, 14, 16)
-    );
+    assert_eq!((worse.table5.within, worse.table5.compared, worse.table5.printed), (13, 14, 16));
     assert_eq!((worse.error_rows, worse.cells.error, worse.cells.missing), (1, 2, 2));
     assert_eq!(worse.engines_agree.0 + 1, worse.engines_agree.1);
 }
@@ -195,18 +160,8 @@ fn the_headline_counts_what_is_close() {
 #[test]
 fn a_wrong_answer_never_becomes_a_number() {
     let (dir, _) = written(rows(
-        |r| {
-            Some(BuildRow {
-                status: Status::Error,
-                ..r
-            })
-        },
-        |r| {
-            Some(TraceRow {
-                status: Status::Error,
-                ..r
-            })
-        },
+        |r| Some(BuildRow { status: Status::Error, ..r }),
+        |r| Some(TraceRow { status: Status::Error, ..r }),
     ));
     for number in 2..=9 {
         for l in table(dir.path(), &format!("table{number}.csv")) {
@@ -221,10 +176,7 @@ fn a_study_in_parts_is_reported_as_far_as_it_goes() {
     let dir = tempfile::tempdir().unwrap();
     let (all, part) = (dir.path().join("all"), dir.path().join("part"));
     store(&all, rows(Some, Some));
-    store(
-        &part,
-        rows(|r| few(&r.key()).then_some(r), |r| few(&r.key()).then_some(r)),
-    );
+    store(&part, rows(|r| few(&r.key()).then_some(r), |r| few(&r.key()).then_some(r)));
     fs::remove_file(part.join("figure3.png")).unwrap();
     let out = dir.path().join("out");
     report::write(&all, &out).unwrap();
@@ -232,10 +184,7 @@ fn a_study_in_parts_is_reported_as_far_as_it_goes() {
 
     let summary = report::write(&part, &out).unwrap();
     assert!(summary.cells.missing > 200);
-    assert!(
-        !out.join("figures/figure4_text.svg").exists(),
-        "a figure of other rows is left behind"
-    );
+    assert!(!out.join("figures/figure4_text.svg").exists(), "a figure of other rows is left behind");
     assert!(!out.join("figures/figure3.png").exists());
     assert!(summary.files.iter().all(|f| f.exists()));
     assert_eq!(line(&table(&out, "table5.csv"), ["med", "top-down", "2"])[8], "missing");
@@ -249,19 +198,11 @@ fn figures_say_the_same_in_both_formats() {
         for words in ["Branching factor", "Tiny (648)", "Huge (88,748)"] {
             assert!(svg.contains(words), "{figure} lacks {words}");
         }
-        let png = image::open(dir.path().join(format!("figures/{figure}.png")))
-            .unwrap()
-            .to_rgb8();
+        let png = image::open(dir.path().join(format!("figures/{figure}.png"))).unwrap().to_rgb8();
         assert_eq!(png.width(), 1600);
         assert!(svg.contains(&format!("width=\"1600\" height=\"{}\"", png.height())));
         // Not blank: all five colours of the models are there.
-        for colour in [
-            [86, 180, 233],
-            [230, 159, 0],
-            [0, 158, 115],
-            [0, 90, 178],
-            [204, 61, 110],
-        ] {
+        for colour in [[86, 180, 233], [230, 159, 0], [0, 158, 115], [0, 90, 178], [204, 61, 110]] {
             let pixels = png.pixels().filter(|p| p.0 == colour).count();
             assert!(pixels > 100, "{figure}: {pixels} pixels of {colour:?}");
         }
@@ -274,26 +215,12 @@ fn figures_say_the_same_in_both_formats() {
 
 #[test]
 fn the_page_stands_alone() {
-    let (dir, _) = written(rows(
-        |r| {
-            Some(BuildRow {
-                note: "<b>&\"quoted\"".into(),
-                ..r
-            })
-        },
-        Some,
-    ));
+    let (dir, _) = written(rows(|r| Some(BuildRow { note: "<b>&\"quoted\"".into(), ..r }), Some));
     let page = fs::read_to_string(dir.path().join("index.html")).unwrap();
     assert!(page.starts_with("<!DOCTYPE html>"));
-    for words in [
-        "16 of 16",
-        "Figure 3.",
-        "Figure 4.",
-        "Figure 5.",
-        "0123abcd",
-        "Synthetic CPU, Linux",
-        "probably 1,610",
-    ] {
+    for words in
+        ["16 of 16", "Figure 3.", "Figure 4.", "Figure 5.", "0123abcd", "Synthetic CPU, Linux", "probably 1,610"]
+    {
         assert!(page.contains(words), "the page lacks {words}");
     }
     for number in 1..=9 {
@@ -314,12 +241,7 @@ fn rows_that_do_not_belong_together_are_refused() {
     assert!(matches!(report::write(&empty, &out), Err(ReportError::NoRows(_))));
 
     let mixed = dir.path().join("mixed");
-    let other = |r| {
-        Some(TraceRow {
-            commit: "ffff".into(),
-            ..r
-        })
-    };
+    let other = |r| Some(TraceRow { commit: "ffff".into(), ..r });
     store(&mixed, rows(Some, other));
     let error = report::write(&mixed, &out).unwrap_err();
     assert!(matches!(error, ReportError::Mixed { .. }));
@@ -346,19 +268,9 @@ fn odd_figures_draw_without_a_panic() {
         let (dir, _) = written(rows(
             |r| {
                 let ms = r.build_ms.map(|_| odd);
-                Some(BuildRow {
-                    build_ms: ms,
-                    avg_degree: Some(odd),
-                    ..r
-                })
+                Some(BuildRow { build_ms: ms, avg_degree: Some(odd), ..r })
             },
-            |r| {
-                Some(TraceRow {
-                    nodes_per_pixel: Some(odd),
-                    us_per_pixel: Some(odd),
-                    ..r
-                })
-            },
+            |r| Some(TraceRow { nodes_per_pixel: Some(odd), us_per_pixel: Some(odd), ..r }),
         ));
         assert!(dir.path().join("index.html").exists());
     }
@@ -367,18 +279,9 @@ fn odd_figures_draw_without_a_panic() {
 #[test]
 fn scenes_and_presets_of_other_studies_do_not_leak_in() {
     let (dir, _) = written(rows(Some, Some));
-    let stranger = synthetic::trace(
-        "published",
-        report::printed::Model::Tiny,
-        Construction::TopDown,
-        2,
-        Lighting::Primary,
-    );
-    let stranger = TraceRow {
-        scene: "thesis:small2940".into(),
-        nodes_per_pixel: Some(999.0),
-        ..stranger
-    };
+    let stranger =
+        synthetic::trace("published", report::printed::Model::Tiny, Construction::TopDown, 2, Lighting::Primary);
+    let stranger = TraceRow { scene: "thesis:small2940".into(), nodes_per_pixel: Some(999.0), ..stranger };
     let walter = synthetic::build("walter", report::printed::Model::Tiny, Construction::BottomUp, 2);
     let before = bytes_under(&dir.path().join("tables"));
     RowFile::open(&dir.path().join("rows")).unwrap().put(stranger).unwrap();

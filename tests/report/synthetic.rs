@@ -73,6 +73,8 @@ pub fn build(preset: &str, model: Model, construction: Construction, arity: usiz
         original_unions: 1_000_000,
         pair_distances: 0,
         nearest_searches: 0,
+        original_visits: None,
+        original_list_steps: None,
         q8_nodes: if q8 { 17 } else { 0 },
         q8_duplicated: q8.then_some(3),
         q8_hidden: q8.then_some(2),

@@ -53,9 +53,7 @@ fn merge_all<K: Copy, P: Probe>(
                 }
             }
             if !probe.go_on((keys.len() - 1 - i) as u64) {
-                return Err(BuildError::Stopped(Unfinished {
-                    pending: vec![live.len()],
-                }));
+                return Err(BuildError::Stopped(Unfinished { pending: vec![live.len()] }));
             }
         }
         let (_, i, j) = best;

@@ -63,9 +63,7 @@ pub fn build<P: Probe, O: Observer>(boxes: &[Aabb], probe: &mut P, observer: &mu
             }
         }
         if !probe.go_on(live.clusters.len() as u64) {
-            return Err(BuildError::Stopped(Unfinished {
-                pending: vec![live.clusters.len()],
-            }));
+            return Err(BuildError::Stopped(Unfinished { pending: vec![live.clusters.len()] }));
         }
     }
 }

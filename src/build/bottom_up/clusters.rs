@@ -31,12 +31,7 @@ pub(super) struct Dead(Vec<Cluster>);
 
 impl Cluster {
     fn new(aabb: Aabb, id: u32, content: Content) -> Self {
-        Self {
-            id,
-            aabb,
-            centre: aabb.centre().as_vec3(),
-            content,
-        }
+        Self { id, aabb, centre: aabb.centre().as_vec3(), content }
     }
 
     /// The cluster of one triangle.
@@ -46,11 +41,7 @@ impl Cluster {
 
     /// Merges two clusters: into one leaf if it is not too full, else into a parent of both.
     pub fn merge(self, other: Self, dead: &mut Dead) -> Self {
-        let (first, second) = if self.id < other.id {
-            (self, other)
-        } else {
-            (other, self)
-        };
+        let (first, second) = if self.id < other.id { (self, other) } else { (other, self) };
         let (aabb, id) = (first.aabb.union(&second.aabb), first.id);
         match (&first.content, &second.content) {
             (Content::Leaf(a), Content::Leaf(b)) if a.len() + b.len() <= MAX_LEAF => {
@@ -83,20 +74,13 @@ impl Cluster {
                 }
             };
         }
-        Bvh {
-            nodes,
-            triangle_ids,
-            arity: 2,
-        }
+        Bvh { nodes, triangle_ids, arity: 2 }
     }
 }
 
 /// One cluster per box, in id order.
 pub(super) fn clusters(boxes: &[Aabb]) -> Vec<Cluster> {
-    (0u32..)
-        .zip(boxes)
-        .map(|(id, &aabb)| Cluster::of_triangle(id, aabb))
-        .collect()
+    (0u32..).zip(boxes).map(|(id, &aabb)| Cluster::of_triangle(id, aabb)).collect()
 }
 
 /// Squared distance of two centres: differences and squares in f64, added x, y, z.

@@ -24,11 +24,7 @@ pub struct Published {
 impl Published {
     /// The thesis' own parameters at `arity`.
     pub const fn at_arity(arity: usize) -> Self {
-        Self {
-            arity,
-            candidates: 200 / arity,
-            q8: true,
-        }
+        Self { arity, candidates: 200 / arity, q8: true }
     }
 
     /// Distance in ranks between neighbouring candidates in a node of `n` triangles: ⌊n/D⌋, D halved until that is
@@ -68,18 +64,13 @@ pub struct Text {
 impl Text {
     /// The thesis' own parameters at `arity`.
     pub const fn at_arity(arity: usize) -> Self {
-        Self {
-            arity,
-            planes: 200 / arity,
-        }
+        Self { arity, planes: 200 / arity }
     }
 
     /// Combinations of a node at which `planes_used` planes were admissible at last: C(3P, arity − 1) and, after each
     /// failure, the choices of one plane fewer.
     pub fn combinations(&self, planes_used: usize) -> u64 {
-        (planes_used.max(1)..self.arity)
-            .map(|r| binomial(3 * self.planes, r))
-            .sum()
+        (planes_used.max(1)..self.arity).map(|r| binomial(3 * self.planes, r)).sum()
     }
 }
 

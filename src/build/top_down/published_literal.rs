@@ -25,10 +25,7 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &Published, probe: &mut P) -> Res
         return Err(BuildError::Arity(params.arity));
     }
     if params.candidates < params.arity {
-        let message = format!(
-            "{} candidates cannot split into {} children",
-            params.candidates, params.arity
-        );
+        let message = format!("{} candidates cannot split into {} children", params.candidates, params.arity);
         return Err(BuildError::Parameter(message));
     }
     let mut builder = Builder {
@@ -36,21 +33,13 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &Published, probe: &mut P) -> Res
         params,
         order: (0..boxes.len() as u32).collect(),
         nodes: vec![Node::leaf(Aabb::EMPTY, 0, 0)],
-        pending: vec![Pending {
-            node: 0,
-            start: 0,
-            n: boxes.len(),
-        }],
+        pending: vec![Pending { node: 0, start: 0, n: boxes.len() }],
         probe,
     };
     while let Some(next) = builder.pending.pop() {
         builder.node(next)?;
     }
-    Ok(Bvh {
-        nodes: builder.nodes,
-        triangle_ids: builder.order,
-        arity: params.arity,
-    })
+    Ok(Bvh { nodes: builder.nodes, triangle_ids: builder.order, arity: params.arity })
 }
 
 /// A node that waits for its box and its children.
@@ -96,11 +85,7 @@ impl<P: Probe> Builder<'_, P> {
                 let children: Vec<_> = ends.map(|to| (std::mem::replace(&mut from, to), to)).collect();
                 self.split(node, aabb, children.len(), |k, first| {
                     let (from, to) = children[k];
-                    Pending {
-                        node: first + k,
-                        start: start + from,
-                        n: to - from,
-                    }
+                    Pending { node: first + k, start: start + from, n: to - from }
                 });
                 Ok(())
             }
@@ -122,15 +107,10 @@ impl<P: Probe> Builder<'_, P> {
     /// Nodes of 5 to 7 triangles at arity 8: rule Q8 of the specification, or one child per triangle.
     fn without_combination(&mut self, node: usize, aabb: Aabb, start: usize, n: usize) {
         if self.params.q8 {
-            self.probe
-                .add(if start == 0 { Work::Q8AtStart } else { Work::Q8Nodes }, 1);
+            self.probe.add(if start == 0 { Work::Q8AtStart } else { Work::Q8Nodes }, 1);
         }
         if !self.params.q8 || start == 0 {
-            self.split(node, aabb, n, |k, first| Pending {
-                node: first + k,
-                start: start + k,
-                n: 1,
-            });
+            self.split(node, aabb, n, |k, first| Pending { node: first + k, start: start + k, n: 1 });
             return;
         }
         // The original left split positions of −1 in place: seven children without triangles, whose boxes are those of
@@ -143,11 +123,7 @@ impl<P: Probe> Builder<'_, P> {
             self.nodes.push(Node::leaf(aabb, start, 0));
         }
         self.nodes.push(Node::leaf(Aabb::EMPTY, 0, 0));
-        self.pending.push(Pending {
-            node: first + 7,
-            start: start - 1,
-            n: n + 1,
-        });
+        self.pending.push(Pending { node: first + 7, start: start - 1, n: n + 1 });
     }
 
     fn sort(&mut self, start: usize, n: usize, axis: usize) {
@@ -179,10 +155,7 @@ impl<P: Probe> Builder<'_, P> {
             }
             if combinations.best_cost < best_cost {
                 best_cost = combinations.best_cost;
-                let splits = combinations.best[..self.params.arity - 1]
-                    .iter()
-                    .map(|s| s * stride)
-                    .collect();
+                let splits = combinations.best[..self.params.arity - 1].iter().map(|s| s * stride).collect();
                 best = Some(Best { axis, splits });
             }
         }
@@ -242,11 +215,7 @@ impl Runs {
             }
         }
         let rest = (0..width).map(|a| table[a * width + width - 1]).collect();
-        Self {
-            positions,
-            cost: table,
-            rest,
-        }
+        Self { positions, cost: table, rest }
     }
 
     fn from(&self, a: usize) -> &[i64] {
@@ -274,8 +243,10 @@ impl<P: Probe> Combinations<'_, P> {
         let runs = self.runs;
         let from = runs.from(last);
         if left == 1 {
-            for p in last + 1..=runs.positions {
-                let total = sum + from[p] + runs.rest[p];
+            let below = &from[last + 1..=runs.positions.max(last)];
+            let above = &runs.rest[last + 1..=runs.positions.max(last)];
+            for (p, (below, above)) in (last + 1..).zip(below.iter().zip(above)) {
+                let total = sum + below + above;
                 self.probe.add(Work::Combinations, 1);
                 self.probe.add(Work::OriginalUnions, self.n);
                 if total < self.best_cost {
@@ -287,9 +258,10 @@ impl<P: Probe> Combinations<'_, P> {
             self.steps += runs.positions.saturating_sub(last) as u64;
         } else {
             // The last of the remaining positions must still find room.
-            for p in last + 1..=(runs.positions + 1).saturating_sub(left) {
+            let end = (runs.positions + 2).saturating_sub(left);
+            for (p, child) in from.iter().enumerate().take(end).skip(last + 1) {
                 self.chosen[depth] = p;
-                self.choose(depth + 1, left - 1, p, sum + from[p])?;
+                self.choose(depth + 1, left - 1, p, sum + child)?;
             }
         }
         // Asked at the root and above the two innermost loops.

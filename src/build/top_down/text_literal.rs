@@ -32,21 +32,13 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &Text, probe: &mut P) -> Result<B
         return Err(BuildError::Arity(params.arity));
     }
     if !(1..=255).contains(&params.planes) {
-        return Err(BuildError::Parameter(format!(
-            "{} planes per axis: use 1 to 255",
-            params.planes
-        )));
+        return Err(BuildError::Parameter(format!("{} planes per axis: use 1 to 255", params.planes)));
     }
     let n = boxes.len();
     let mut order: Vec<u32> = (0..n as u32).collect();
     let mut nodes = vec![Node::leaf(Aabb::EMPTY, 0, 0)];
     let mut pending = vec![(0, 0..n)];
-    let mut splitter = Splitter {
-        boxes,
-        params,
-        levels: [const { Level::EMPTY }; 3],
-        probe,
-    };
+    let mut splitter = Splitter { boxes, params, levels: [const { Level::EMPTY }; 3], probe };
     while let Some((node, slots)) = pending.pop() {
         let ids = &mut order[slots.clone()];
         let aabb = Aabb::union_of(ids.iter().map(|&t| &boxes[t as usize]));
@@ -57,9 +49,7 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &Text, probe: &mut P) -> Result<B
         }
         let Some(sizes) = splitter.split(ids, &aabb) else {
             let sizes = pending.iter().map(|(_, slots)| slots.len()).chain([slots.len()]);
-            return Err(BuildError::Stopped(Unfinished {
-                pending: sizes.collect(),
-            }));
+            return Err(BuildError::Stopped(Unfinished { pending: sizes.collect() }));
         };
         let first = nodes.len();
         nodes[node] = Node::inner(aabb, first, sizes.len());
@@ -72,11 +62,7 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &Text, probe: &mut P) -> Result<B
         let lined_up = pending.len() - sizes.len();
         pending[lined_up..].reverse();
     }
-    Ok(Bvh {
-        nodes,
-        triangle_ids: order,
-        arity: params.arity,
-    })
+    Ok(Bvh { nodes, triangle_ids: order, arity: params.arity })
 }
 
 /// Splits one node after another, with the same tables.
@@ -94,33 +80,21 @@ impl<P: Probe> Splitter<'_, P> {
         let Text { arity, planes } = *self.params;
         let item = |&t: &u32| {
             let triangle = self.boxes[t as usize];
-            Item {
-                aabb: triangle,
-                bins: bins(&triangle, aabb, planes),
-            }
+            Item { aabb: triangle, bins: bins(&triangle, aabb, planes) }
         };
         let triangles: Vec<Item> = ids.iter().map(item).collect();
         for choose in (1..arity).rev() {
             let mut search = Search {
-                planes,
-                n: ids.len() as u64,
-                cost: ChildCost::new(aabb, arity),
+                node: NodeTriangles { triangles: &triangles, planes, cost: ChildCost::new(aabb, arity) },
                 best_cost: INADMISSIBLE,
                 best: [0; MAX_PLANES],
                 chosen: [0; MAX_PLANES],
                 steps: 0,
                 probe: self.probe,
             };
-            self.levels[0].items.clone_from(&triangles);
-            search.axis(
-                0,
-                &mut self.levels,
-                Chosen {
-                    depth: 0,
-                    left: choose,
-                    sum: 0,
-                },
-            )?;
+            self.levels[0].items.clear();
+            self.levels[0].items.extend(0..ids.len() as u32);
+            search.axis(0, &mut self.levels, Chosen { depth: 0, left: choose, sum: 0 })?;
             let (best_cost, chosen) = (search.best_cost, search.best);
             if best_cost < INADMISSIBLE {
                 self.probe.add(Work::Fallbacks, u64::from(choose + 1 < arity));
@@ -168,8 +142,12 @@ fn bins(triangle: &Aabb, node: &Aabb, planes: usize) -> [u8; 3] {
 
 /// What is left of a node when the planes of an axis come to be chosen, cut into slabs along that axis.
 struct Level {
-    items: Vec<Item>,
-    slabs: Vec<(Aabb, u32)>,
+    /// What is left, as indices into the node's triangles.
+    items: Vec<u32>,
+    /// Boxes of the slabs; only those in `occupied` mean anything.
+    slabs: Vec<Aabb>,
+    /// Slabs that hold a triangle, rising.
+    occupied: Vec<usize>,
     /// `cost[a·(P+2) + b]`: the child made of slabs a … b − 1.
     cost: Vec<i64>,
     /// `rest[a]`: the child made of slabs a … P.
@@ -177,36 +155,61 @@ struct Level {
 }
 
 impl Level {
-    const EMPTY: Self = Self {
-        items: Vec::new(),
-        slabs: Vec::new(),
-        cost: Vec::new(),
-        rest: Vec::new(),
-    };
+    const EMPTY: Self =
+        Self { items: Vec::new(), slabs: Vec::new(), occupied: Vec::new(), cost: Vec::new(), rest: Vec::new() };
 
     /// Fills the tables for planes of `axis`; the rows beyond the first only where more than one plane is `left`.
-    fn fill<P: Probe>(&mut self, axis: usize, planes: usize, left: usize, cost: &ChildCost, probe: &mut P) {
-        self.slabs.clear();
-        self.slabs.resize(planes + 1, (Aabb::EMPTY, 0));
-        for item in &self.items {
-            let (aabb, count) = &mut self.slabs[usize::from(item.bins[axis])];
-            *aabb = aabb.union(&item.aabb);
-            *count += 1;
+    ///
+    /// A child's term changes only where a slab holds something, so the tables are filled run by run.
+    fn fill<P: Probe>(&mut self, node: &NodeTriangles, axis: usize, left: usize, probe: &mut P) {
+        let NodeTriangles { triangles, planes, cost } = node;
+        let planes = *planes;
+        self.slabs.resize(planes + 1, Aabb::EMPTY);
+        self.occupied.clear();
+        let mut mask = [0u64; 4];
+        for &item in &self.items {
+            let item = &triangles[item as usize];
+            let bin = item.bins[axis];
+            let (word, bit) = (usize::from(bin / 64), 1 << (bin % 64));
+            let slab = &mut self.slabs[usize::from(bin)];
+            *slab = if mask[word] & bit == 0 { item.aabb } else { slab.union(&item.aabb) };
+            mask[word] |= bit;
         }
         probe.add(Work::BoxUnions, self.items.len() as u64);
-        let width = planes + 2;
-        self.cost.resize(width * width, 0);
-        self.rest.resize(width, INADMISSIBLE);
-        for a in 0..if left > 1 { planes + 1 } else { 1 } {
-            let mut child = Child::NONE;
-            for b in a + 1..=planes + 1 {
-                self.cost[a * width + b] = child.with(&self.slabs[b - 1], cost, probe);
+        for (word, mut bits) in mask.into_iter().enumerate() {
+            while bits != 0 {
+                self.occupied.push(word * 64 + bits.trailing_zeros() as usize);
+                bits &= bits - 1;
             }
         }
-        let mut child = Child::NONE;
-        for a in (0..=planes).rev() {
-            self.rest[a] = child.with(&self.slabs[a], cost, probe);
+        let width = planes + 2;
+        self.cost.resize(width * width, 0);
+        let mut skip = 0;
+        for a in 0..if left > 1 { planes + 1 } else { 1 } {
+            // Slabs before a are cut off; if the last of them was empty, the row is the one before.
+            if self.occupied.get(skip).is_some_and(|&bin| bin < a) {
+                skip += 1;
+            } else if a > 0 {
+                self.cost.copy_within((a - 1) * width..a * width, a * width);
+                continue;
+            }
+            let row = &mut self.cost[a * width..(a + 1) * width];
+            let (mut from, mut child) = (0, Child::NONE);
+            for &bin in &self.occupied[skip..] {
+                row[from..=bin].fill(child.term);
+                from = bin + 1;
+                child.add(&self.slabs[bin], cost, probe);
+            }
+            row[from..].fill(child.term);
         }
+        self.rest.resize(width, INADMISSIBLE);
+        let (mut to, mut child) = (width, Child::NONE);
+        for &bin in self.occupied.iter().rev() {
+            self.rest[bin + 1..to].fill(child.term);
+            to = bin + 1;
+            child.add(&self.slabs[bin], cost, probe);
+        }
+        self.rest[..to].fill(child.term);
     }
 }
 
@@ -217,20 +220,13 @@ struct Child {
 }
 
 impl Child {
-    const NONE: Self = Self {
-        aabb: Aabb::EMPTY,
-        term: INADMISSIBLE,
-    };
+    const NONE: Self = Self { aabb: Aabb::EMPTY, term: INADMISSIBLE };
 
-    /// Adds a slab and returns the term; an empty slab changes nothing.
-    fn with<P: Probe>(&mut self, slab: &(Aabb, u32), cost: &ChildCost, probe: &mut P) -> i64 {
-        if slab.1 > 0 {
-            self.aabb = self.aabb.union(&slab.0);
-            self.term = cost.term(&self.aabb, 1);
-            probe.add(Work::BoxUnions, 1);
-            probe.add(Work::ChildCosts, 1);
-        }
-        self.term
+    fn add<P: Probe>(&mut self, slab: &Aabb, cost: &ChildCost, probe: &mut P) {
+        self.aabb = self.aabb.union(slab);
+        self.term = cost.term(&self.aabb, 1);
+        probe.add(Work::BoxUnions, 1);
+        probe.add(Work::ChildCosts, 1);
     }
 }
 
@@ -245,10 +241,15 @@ struct Chosen {
     sum: i64,
 }
 
-struct Search<'a, P> {
+/// What all combinations of one node share.
+struct NodeTriangles<'a> {
+    triangles: &'a [Item],
     planes: usize,
-    n: u64,
     cost: ChildCost,
+}
+
+struct Search<'a, P> {
+    node: NodeTriangles<'a>,
     best_cost: i64,
     best: [usize; MAX_PLANES],
     chosen: [usize; MAX_PLANES],
@@ -263,47 +264,42 @@ impl<P: Probe> Search<'_, P> {
         if !self.probe.go_on(std::mem::take(&mut self.steps)) {
             return None;
         }
-        levels[0].fill(axis, self.planes, so_far.left, &self.cost, self.probe);
+        levels[0].fill(&self.node, axis, so_far.left, self.probe);
         self.planes_from(0, axis, levels, so_far)
     }
 
     /// Continues the prefix with plane `from` of `axis` or a later one.
     fn planes_from(&mut self, from: usize, axis: usize, levels: &mut [Level], so_far: Chosen) -> Option<()> {
         let Chosen { depth, left, sum } = so_far;
-        let row = from * (self.planes + 2);
+        let (planes, n) = (self.node.planes, self.node.triangles.len() as u64);
+        let row = from * (planes + 2);
         if left == 1 {
             let level = &levels[0];
-            for plane in from..self.planes {
-                let total = sum + level.cost[row + plane + 1] + level.rest[plane + 1];
+            let below = &level.cost[row + from + 1..row + planes + 1];
+            let above = &level.rest[from + 1..planes + 1];
+            for (k, (below, above)) in below.iter().zip(above).enumerate() {
+                let total = sum + below + above;
                 self.probe.add(Work::Combinations, 1);
-                self.probe.add(Work::OriginalUnions, self.n);
+                self.probe.add(Work::OriginalUnions, n);
                 if total < self.best_cost {
                     self.best_cost = total;
-                    self.chosen[depth] = axis * self.planes + plane;
+                    self.chosen[depth] = axis * planes + from + k;
                     self.best = self.chosen;
                 }
             }
-            self.steps += (self.planes - from) as u64;
+            self.steps += (planes - from) as u64;
         } else {
-            for plane in from..self.planes {
-                self.chosen[depth] = axis * self.planes + plane;
+            for plane in from..planes {
+                self.chosen[depth] = axis * planes + plane;
                 let sum = sum + levels[0].cost[row + plane + 1];
-                self.planes_from(
-                    plane + 1,
-                    axis,
-                    levels,
-                    Chosen {
-                        depth: depth + 1,
-                        left: left - 1,
-                        sum,
-                    },
-                )?;
+                self.planes_from(plane + 1, axis, levels, Chosen { depth: depth + 1, left: left - 1, sum })?;
             }
         }
         if let [level, next, ..] = levels {
             next.items.clear();
-            next.items
-                .extend(level.items.iter().filter(|item| usize::from(item.bins[axis]) >= from));
+            let triangles = self.node.triangles;
+            let left = |&item: &u32| usize::from(triangles[item as usize].bins[axis]) >= from;
+            next.items.extend(level.items.iter().copied().filter(left));
             self.axis(axis + 1, &mut levels[1..], so_far)?;
         }
         Some(())

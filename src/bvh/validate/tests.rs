@@ -35,13 +35,7 @@ fn sound_trees_of_every_arity_pass() {
         let bvh = random_tree(seed, &boxes, arity, 4);
         for q8 in [false, true] {
             let coverage = validate(&bvh, &boxes, &Limits { max_leaf: 4, q8 }).unwrap();
-            assert_eq!(
-                coverage,
-                Coverage {
-                    references: boxes.len(),
-                    ..Coverage::default()
-                }
-            );
+            assert_eq!(coverage, Coverage { references: boxes.len(), ..Coverage::default() });
         }
     }
 }
@@ -87,28 +81,18 @@ fn limits_are_kept() {
     let boxes = scene();
     let bvh = random_tree(7, &boxes, 8, 6);
     let wide = bvh.nodes.iter().position(|n| !n.is_leaf() && n.count() > 2).unwrap();
-    let full = (0..bvh.nodes.len())
-        .find(|&i| bvh.nodes[i].is_leaf() && bvh.nodes[i].count() > 4)
-        .unwrap();
+    let full = (0..bvh.nodes.len()).find(|&i| bvh.nodes[i].is_leaf() && bvh.nodes[i].count() > 4).unwrap();
     let seen = validate(&bvh, &boxes, &Limits::default()).unwrap_err();
     assert_eq!(
         seen.first[0],
-        Violation::TooManyTriangles {
-            leaf: full,
-            triangles: bvh.nodes[full].count(),
-            max_leaf: 4
-        }
+        Violation::TooManyTriangles { leaf: full, triangles: bvh.nodes[full].count(), max_leaf: 4 }
     );
     let narrow = Bvh { arity: 2, ..bvh };
     let limits = Limits { max_leaf: 6, q8: false };
     let seen = validate(&narrow, &boxes, &limits).unwrap_err();
     assert_eq!(
         seen.first[0],
-        Violation::TooManyChildren {
-            node: wide,
-            children: narrow.nodes[wide].count(),
-            arity: 2
-        }
+        Violation::TooManyChildren { node: wide, children: narrow.nodes[wide].count(), arity: 2 }
     );
 }
 
@@ -123,17 +107,10 @@ fn broken_leaves_are_found() {
     assert!(seen.iter().any(|v| matches!(v, Violation::Missing(_))), "{seen:?}");
 
     let seen = spoilt(|bvh| bvh.nodes[leaf] = Node::leaf(Aabb::EMPTY, 0, 0));
-    assert_eq!(
-        seen.iter().filter(|v| **v == Violation::EmptyLeaf(leaf)).count(),
-        1,
-        "{seen:?}"
-    );
+    assert_eq!(seen.iter().filter(|v| **v == Violation::EmptyLeaf(leaf)).count(), 1, "{seen:?}");
 
     let seen = spoilt(|bvh| bvh.triangle_ids[5] = N as u32);
-    assert!(
-        seen.iter()
-            .any(|v| matches!(v, Violation::UnknownTriangle { triangle, .. } if *triangle == N as u32))
-    );
+    assert!(seen.iter().any(|v| matches!(v, Violation::UnknownTriangle { triangle, .. } if *triangle == N as u32)));
 
     // One triangle twice and another not at all.
     let (mut kept, mut lost) = (0, 0);
@@ -141,35 +118,20 @@ fn broken_leaves_are_found() {
         (kept, lost) = (bvh.triangle_ids[0], bvh.triangle_ids[1]);
         bvh.triangle_ids[1] = kept;
     });
-    assert!(
-        seen.iter()
-            .any(|v| matches!(v, Violation::Repeated { triangle, .. } if *triangle == kept))
-    );
+    assert!(seen.iter().any(|v| matches!(v, Violation::Repeated { triangle, .. } if *triangle == kept)));
     assert!(seen.contains(&Violation::Missing(lost as usize)), "{seen:?}");
 
     // Leaves that claim everything over and over are counted, not walked.
     let all = scene();
     let greedy = Bvh {
         nodes: (0..100)
-            .map(|i| {
-                if i == 0 {
-                    Node::inner(Aabb::EMPTY, 1, 99)
-                } else {
-                    Node::leaf(Aabb::EMPTY, 0, N)
-                }
-            })
+            .map(|i| if i == 0 { Node::inner(Aabb::EMPTY, 1, 99) } else { Node::leaf(Aabb::EMPTY, 0, N) })
             .collect(),
         triangle_ids: (0..N as u32).collect(),
         arity: 99,
     };
     let seen = validate(&greedy, &all, &Limits { max_leaf: N, q8: true }).unwrap_err();
-    assert_eq!(
-        seen.first,
-        [Violation::SlotsClaimed {
-            claimed: 99 * N,
-            slots: N
-        }]
-    );
+    assert_eq!(seen.first, [Violation::SlotsClaimed { claimed: 99 * N, slots: N }]);
 }
 
 #[test]
@@ -202,10 +164,7 @@ fn the_message_is_one_line_and_counts_what_it_leaves_out() {
     let leaves = bvh.nodes.iter().filter(|n| n.is_leaf()).count();
     assert_eq!(violations.total, leaves);
     let line = violations.to_string();
-    assert!(
-        line.contains(&format!("of {leaves} violations")) && !line.contains('\n'),
-        "{line}"
-    );
+    assert!(line.contains(&format!("of {leaves} violations")) && !line.contains('\n'), "{line}");
 }
 
 /// Builds as rule Q8 does it, with random splits where the rule does not apply. Returns the tree and the number of nodes
@@ -251,11 +210,7 @@ fn q8_tree(seed: u64, boxes: &[Aabb]) -> (Bvh, usize) {
             stack.push((first + 7, start - 1, n + 1));
         }
     }
-    let bvh = Bvh {
-        nodes,
-        triangle_ids: order,
-        arity: 8,
-    };
+    let bvh = Bvh { nodes, triangle_ids: order, arity: 8 };
     (bvh, made)
 }
 
@@ -294,39 +249,24 @@ fn rule_q8_is_exempt_where_it_must_be_and_nowhere_else() {
             assert!(seen.contains(&Violation::LooseBox(q8_node)), "{seen:?}");
         }
     }
-    assert!(
-        all_told.q8_nodes > 100 && all_told.duplicated > 100 && all_told.hidden > 10,
-        "{all_told:?}"
-    );
+    assert!(all_told.q8_nodes > 100 && all_told.duplicated > 100 && all_told.hidden > 10, "{all_told:?}");
 }
 
 #[test]
 fn under_q8_a_lost_or_twice_held_triangle_is_still_one_too_many() {
     let all = scene();
     let mut bvh = median_split(&all, 4);
-    let leaf = (0..bvh.nodes.len())
-        .find(|&i| bvh.nodes[i].is_leaf() && bvh.nodes[i].count() > 1)
-        .unwrap();
+    let leaf = (0..bvh.nodes.len()).find(|&i| bvh.nodes[i].is_leaf() && bvh.nodes[i].count() > 1).unwrap();
     let slot = bvh.nodes[leaf].range().start;
     let lost = bvh.triangle_ids[slot + 1];
     bvh.triangle_ids[slot + 1] = bvh.triangle_ids[slot];
     tighten(&mut bvh, &all);
-    let seen = validate(&bvh, &all, &Limits { max_leaf: 4, q8: true })
-        .unwrap_err()
-        .first;
+    let seen = validate(&bvh, &all, &Limits { max_leaf: 4, q8: true }).unwrap_err().first;
     let triangle = bvh.triangle_ids[slot];
-    assert_eq!(
-        seen,
-        [
-            Violation::Repeated { leaf, triangle },
-            Violation::Missing(lost as usize)
-        ]
-    );
+    assert_eq!(seen, [Violation::Repeated { leaf, triangle }, Violation::Missing(lost as usize)]);
     let mut empty = median_split(&all, 4);
     empty.nodes[leaf].tagged_count = super::super::LEAF;
-    let seen = validate(&empty, &all, &Limits { max_leaf: 4, q8: true })
-        .unwrap_err()
-        .first;
+    let seen = validate(&empty, &all, &Limits { max_leaf: 4, q8: true }).unwrap_err().first;
     assert!(seen.contains(&Violation::EmptyLeaf(leaf)), "{seen:?}");
 }
 
@@ -352,10 +292,7 @@ fn garbage_never_panics() {
             triangle_ids: (0..random.below(50)).map(|_| words(&mut random)).collect(),
             arity: words(&mut random) as usize,
         };
-        let limits = Limits {
-            max_leaf: random.below(10),
-            q8: round % 2 == 0,
-        };
+        let limits = Limits { max_leaf: random.below(10), q8: round % 2 == 0 };
         assert!(validate(&garbage, &boxes, &limits).is_err());
     }
 }

@@ -26,20 +26,13 @@ pub(crate) fn figure4(study: &Study, preset: &str) -> Sheet {
             series: series(&cells, our_point),
         },
     ];
-    let values = panels
-        .iter()
-        .flat_map(|p| &p.series)
-        .flat_map(|s| &s.points)
-        .map(|p| p.1);
+    let values = panels.iter().flat_map(|p| &p.series).flat_map(|s| &s.points).map(|p| p.1);
     let (low, high) = values.fold((CAP_SECONDS, CAP_SECONDS), |(low, high), v| (low.min(v), high.max(v)));
     let decades = (low.log10() - 0.1).floor() as i32..(high.log10() + 0.1).ceil() as i32;
     Sheet {
         panels,
         scale: Scale::Decades(decades),
-        rules: vec![Rule {
-            value: CAP_SECONDS,
-            label: "eleven days",
-        }],
+        rules: vec![Rule { value: CAP_SECONDS, label: "eleven days" }],
         legend: legend(),
         notes: notes(&cells),
     }
@@ -47,10 +40,7 @@ pub(crate) fn figure4(study: &Study, preset: &str) -> Sheet {
 
 fn series(cells: &[Cell], point: impl Fn(&Cell) -> Option<(f64, Mark)>) -> Vec<Series> {
     let mut all = Vec::new();
-    for (construction, line) in [
-        (Construction::BottomUp, Line::Dotted),
-        (Construction::TopDown, Line::Solid),
-    ] {
+    for (construction, line) in [(Construction::BottomUp, Line::Dotted), (Construction::TopDown, Line::Solid)] {
         for model in Model::ALL {
             let points = cells
                 .iter()
@@ -91,11 +81,7 @@ fn our_point(cell: &Cell) -> Option<(f64, Mark)> {
 
 /// Which engines the measured times are of.
 fn engines(cells: &[Cell]) -> String {
-    let mut names: Vec<&str> = cells
-        .iter()
-        .map(|c| c.engine.as_str())
-        .filter(|e| !e.is_empty())
-        .collect();
+    let mut names: Vec<&str> = cells.iter().map(|c| c.engine.as_str()).filter(|e| !e.is_empty()).collect();
     names.sort_unstable();
     names.dedup();
     match names[..] {
@@ -112,12 +98,7 @@ fn legend() -> Vec<Vec<Entry>> {
         colour: colour(model),
         text: format!("{} ({})", model.name(), grouped(&triangles(model).to_string())),
     });
-    let sample = |line, mark, text: &str| Entry {
-        line,
-        mark,
-        colour: INK,
-        text: text.to_owned(),
-    };
+    let sample = |line, mark, text: &str| Entry { line, mark, colour: INK, text: text.to_owned() };
     let styles = vec![
         sample(Some(Line::Solid), Some(Mark::Disc), "top-down"),
         sample(Some(Line::Dotted), Some(Mark::Square), "bottom-up"),

@@ -42,26 +42,17 @@ impl<DB: DrawingBackend> Canvas<'_, DB> {
 
     /// A stroke of this width in units.
     pub fn stroke(&self, colour: RGBAColor, width: u32) -> ShapeStyle {
-        ShapeStyle {
-            color: colour,
-            filled: false,
-            stroke_width: width * self.scale,
-        }
+        ShapeStyle { color: colour, filled: false, stroke_width: width * self.scale }
     }
 
     /// A text style of this size in units.
     pub fn text(&self, size: u32, colour: RGBColor, h: HPos, v: VPos) -> TextStyle<'static> {
-        (FAMILY, size * self.scale)
-            .into_font()
-            .color(&colour)
-            .pos(Pos::new(h, v))
+        (FAMILY, size * self.scale).into_font().color(&colour).pos(Pos::new(h, v))
     }
 
     /// Writes text at a position in units.
     pub fn write(&self, text: &str, style: &TextStyle, (x, y): (i32, i32)) -> Drawn {
-        self.area
-            .draw_text(text, style, (self.px(x), self.px(y)))
-            .map_err(|e| e.to_string())
+        self.area.draw_text(text, style, (self.px(x), self.px(y))).map_err(|e| e.to_string())
     }
 
     /// The width of a text in units.
@@ -77,10 +68,7 @@ impl<DB: DrawingBackend> Canvas<'_, DB> {
 /// What the backends say, under the figure's name.
 pub(crate) fn render(name: &str, sheet: &Sheet) -> Result<Rendered, ReportError> {
     register_fonts();
-    both(sheet).map_err(|reason| ReportError::Draw {
-        figure: name.to_owned(),
-        reason,
-    })
+    both(sheet).map_err(|reason| ReportError::Draw { figure: name.to_owned(), reason })
 }
 
 fn both(sheet: &Sheet) -> Result<Rendered, String> {
@@ -100,13 +88,8 @@ fn both(sheet: &Sheet) -> Result<Rendered, String> {
     let large = image::RgbImage::from_raw(wide, high, pixels).ok_or("the bitmap has another size than asked for")?;
     let small = image::imageops::thumbnail(&large, width, height);
     let mut png = std::io::Cursor::new(Vec::new());
-    small
-        .write_to(&mut png, image::ImageFormat::Png)
-        .map_err(|e| e.to_string())?;
-    Ok(Rendered {
-        svg,
-        png: png.into_inner(),
-    })
+    small.write_to(&mut png, image::ImageFormat::Png).map_err(|e| e.to_string())?;
+    Ok(Rendered { svg, png: png.into_inner() })
 }
 
 fn paint<DB: DrawingBackend>(sheet: &Sheet, area: &DrawingArea<DB, Shift>, scale: u32) -> Drawn {
@@ -118,10 +101,7 @@ fn paint<DB: DrawingBackend>(sheet: &Sheet, area: &DrawingArea<DB, Shift>, scale
 fn register_fonts() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
-        for (style, bytes) in [
-            (FontStyle::Normal, dejavu::sans::regular()),
-            (FontStyle::Bold, dejavu::sans::bold()),
-        ] {
+        for (style, bytes) in [(FontStyle::Normal, dejavu::sans::regular()), (FontStyle::Bold, dejavu::sans::bold())] {
             // A font that were not registered would show as a drawing error at the first text.
             let _ = plotters::style::register_font(FAMILY, style, bytes);
         }

@@ -145,10 +145,7 @@ impl Sheet {
             .margin_right(canvas.px(30))
             .x_label_area_size(canvas.px(72))
             .y_label_area_size(canvas.px(self.scale.label_width()))
-            .build_cartesian_2d(
-                Axis::new(0.7..3.3, vec![1.0, 2.0, 3.0]),
-                Axis::new(range.clone(), self.scale.ticks()),
-            )
+            .build_cartesian_2d(Axis::new(0.7..3.3, vec![1.0, 2.0, 3.0]), Axis::new(range.clone(), self.scale.ticks()))
             .map_err(|e| e.to_string())?;
         let labels = canvas.text(24, INK, HPos::Center, VPos::Center);
         chart
@@ -169,10 +166,7 @@ impl Sheet {
 
         // Lines and marks are drawn in pixels, by the code that draws the legend's samples too.
         let at = |x: f64, value: f64| chart.backend_coord(&(x, self.scale.place(value)));
-        let (left, right) = (
-            at(0.7, self.scale.value(range.start)),
-            at(3.3, self.scale.value(range.start)),
-        );
+        let (left, right) = (at(0.7, self.scale.value(range.start)), at(3.3, self.scale.value(range.start)));
         let middle = (left.0 + right.0) / 2 / canvas.scale as i32;
         let bold = canvas.text(28, INK, HPos::Center, VPos::Center);
         canvas.write(&panel.title, &bold, (middle, 34))?;

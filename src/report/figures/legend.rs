@@ -46,12 +46,7 @@ pub(crate) fn draw_row<DB: DrawingBackend>(canvas: &Canvas<DB>, row: &[Entry], w
         let end = x + entry.sample_width();
         let (left, middle, right) = (canvas.px(x), canvas.px((x + end) / 2), canvas.px(end));
         if let Some(line) = entry.line {
-            marks::line(
-                canvas,
-                &[(left, canvas.px(y)), (right, canvas.px(y))],
-                line,
-                entry.colour,
-            )?;
+            marks::line(canvas, &[(left, canvas.px(y)), (right, canvas.px(y))], line, entry.colour)?;
         }
         if let Some(mark) = entry.mark {
             marks::mark(canvas, (middle, canvas.px(y)), mark, entry.colour)?;

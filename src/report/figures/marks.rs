@@ -25,14 +25,10 @@ pub(crate) fn line<DB: DrawingBackend>(
     let path = path.iter().copied();
     let drawn = match line {
         Line::Solid => canvas.area.draw(&PathElement::new(path.collect::<Vec<_>>(), style)),
-        Line::Dotted => canvas
-            .area
-            .draw(&DashedPathElement::new(path, canvas.px(4), canvas.px(7), style)),
+        Line::Dotted => canvas.area.draw(&DashedPathElement::new(path, canvas.px(4), canvas.px(7), style)),
         Line::Dashed => {
             let thin = canvas.stroke(colour.mix(0.75), STROKE - 1);
-            canvas
-                .area
-                .draw(&DashedPathElement::new(path, canvas.px(14), canvas.px(9), thin))
+            canvas.area.draw(&DashedPathElement::new(path, canvas.px(14), canvas.px(9), thin))
         }
     };
     drawn.map_err(|e| e.to_string())

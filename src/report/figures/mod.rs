@@ -43,10 +43,9 @@ pub(crate) fn draw_all(study: &Study, rows_dir: &Path) -> Result<Figures, Report
             false => format!("{figure}_{preset}"),
         };
         let wanted = headline || study.has(preset);
-        for (figure, draw) in [
-            ("figure4", build_times::figure4 as fn(&Study, &str) -> chart::Sheet),
-            ("figure5", nodes::figure5),
-        ] {
+        for (figure, draw) in
+            [("figure4", build_times::figure4 as fn(&Study, &str) -> chart::Sheet), ("figure5", nodes::figure5)]
+        {
             let rendered = match wanted {
                 true => Some(canvas::render(&name(figure), &draw(study, preset))?),
                 false => None,

@@ -36,11 +36,7 @@ pub(crate) fn figure5(study: &Study, preset: &str) -> Sheet {
             series: ours.chain(printed).collect(),
         }
     });
-    let values = panels
-        .iter()
-        .flat_map(|p| &p.series)
-        .flat_map(|s| &s.points)
-        .map(|p| p.1);
+    let values = panels.iter().flat_map(|p| &p.series).flat_map(|s| &s.points).map(|p| p.1);
     let high = values.fold(1.0, f64::max);
     Sheet {
         panels: panels.to_vec(),
@@ -58,25 +54,17 @@ fn legend() -> Vec<Vec<Entry>> {
         colour: colour(model),
         text: format!("{} ({})", model.name(), grouped(&triangles(model).to_string())),
     });
-    let sample = |line, mark, text: &str| Entry {
-        line: Some(line),
-        mark: Some(mark),
-        colour: INK,
-        text: text.to_owned(),
-    };
-    let styles = vec![
-        sample(Line::Solid, Mark::Disc, "measured here"),
-        sample(Line::Dashed, Mark::Cross, "printed (Table 5)"),
-    ];
+    let sample =
+        |line, mark, text: &str| Entry { line: Some(line), mark: Some(mark), colour: INK, text: text.to_owned() };
+    let styles =
+        vec![sample(Line::Solid, Mark::Disc, "measured here"), sample(Line::Dashed, Mark::Cross, "printed (Table 5)")];
     vec![models.to_vec(), styles]
 }
 
 fn notes(cells: &[Cell]) -> Vec<String> {
     let printed = names(cells.iter().filter(|c| c.printed.reference().is_none()));
     let ours = names(cells.iter().filter(|c| c.ours.is_none()));
-    let mut notes = vec![format!(
-        "Not printed, their builds were stopped at eleven days: {printed}."
-    )];
+    let mut notes = vec![format!("Not printed, their builds were stopped at eleven days: {printed}.")];
     if !ours.is_empty() {
         notes.push(format!("Not measured here: {ours}."));
     }
@@ -97,11 +85,7 @@ pub(crate) fn names<'a>(cells: impl Iterator<Item = &'a Cell>) -> String {
     }
     const SHOWN: usize = 4;
     let more = groups.len().saturating_sub(SHOWN);
-    let shown: Vec<String> = groups
-        .iter()
-        .take(SHOWN)
-        .map(|(name, ks)| format!("{name} {}", ks.join("/")))
-        .collect();
+    let shown: Vec<String> = groups.iter().take(SHOWN).map(|(name, ks)| format!("{name} {}", ks.join("/"))).collect();
     match more {
         0 => shown.join(", "),
         _ => format!("{}, and {more} more rows of the table", shown.join(", ")),

@@ -23,10 +23,7 @@ pub(crate) fn figure3(rows_dir: &Path) -> Result<Option<Rendered>, ReportError> 
         Err(e) => return Err(ReportError::io("read", &path, e)),
     };
     let picture = image::load_from_memory_with_format(&png, image::ImageFormat::Png);
-    let picture = picture.map_err(|e| ReportError::Picture {
-        path,
-        reason: e.to_string(),
-    })?;
+    let picture = picture.map_err(|e| ReportError::Picture { path, reason: e.to_string() })?;
     let (width, height) = (picture.width(), picture.height());
     let data = STANDARD.encode(&png);
     let svg = format!(

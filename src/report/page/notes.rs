@@ -48,12 +48,8 @@ fn optional(x: Option<f64>) -> String {
 
 fn hit_fraction(study: &Study, model: Model) -> Option<f64> {
     let scene = model.scene();
-    let rows = study
-        .traces
-        .iter()
-        .filter(|r| r.scene == scene && r.preset == PRESETS[0]);
-    rows.filter(|r| r.lighting == Lighting::Primary && r.status == Status::Ok)
-        .find_map(|r| r.hit_fraction)
+    let rows = study.traces.iter().filter(|r| r.scene == scene && r.preset == PRESETS[0]);
+    rows.filter(|r| r.lighting == Lighting::Primary && r.status == Status::Ok).find_map(|r| r.hit_fraction)
 }
 
 /// Mean of this table's figure less Table 5's, over the model's cells with printed figures, so that all columns mean the same cells.
@@ -120,17 +116,8 @@ fn cuts(study: &Study, model: Model, construction: Construction) -> String {
 /// Every row that did not finish, with its reason.
 pub(crate) fn unfinished(study: &Study) -> Markup {
     let builds = study.builds.iter().filter(|r| r.status != Status::Ok).map(|r| {
-        let cell = format!(
-            "{} {} {} k={} ({})",
-            r.preset,
-            r.scene,
-            r.construction.id(),
-            r.arity,
-            r.engine
-        );
-        let projected = r
-            .projected_ms
-            .map(|ms| format!(", ≈ {} s", grouped(&significant(ms / 1000.0, 3))));
+        let cell = format!("{} {} {} k={} ({})", r.preset, r.scene, r.construction.id(), r.arity, r.engine);
+        let projected = r.projected_ms.map(|ms| format!(", ≈ {} s", grouped(&significant(ms / 1000.0, 3))));
         (cell, status(r.status), projected.unwrap_or_default(), r.note.clone())
     });
     let traces = study.traces.iter().filter(|r| r.status != Status::Ok).map(|r| {

@@ -33,10 +33,8 @@ fn key() -> Markup {
 
 fn table(study: &Study, preset: &str, number: u8) -> Markup {
     let cells = study.table(preset, number);
-    let size_column: Vec<&Printed> = printed::cells()
-        .iter()
-        .filter(|p| p.table == number && p.is_size_column())
-        .collect();
+    let size_column: Vec<&Printed> =
+        printed::cells().iter().filter(|p| p.table == number && p.is_size_column()).collect();
     let mut notes = Notes::default();
     let rows: Vec<Markup> = match number {
         1 => vec![html! { tr { th .name { "Triangles" } @for c in &cells { (cell_markup(c, &mut notes)) } } }],
@@ -68,11 +66,7 @@ fn head(number: u8, cells: &[Cell]) -> Markup {
     if number == 1 {
         return html! { tr { th .name { "Model" } @for m in Model::ALL { th { (m.name()) } } } };
     }
-    let columns = |construction| {
-        ARITIES
-            .into_iter()
-            .filter(move |k| cells.iter().any(|c| c.is(construction, *k)))
-    };
+    let columns = |construction| ARITIES.into_iter().filter(move |k| cells.iter().any(|c| c.is(construction, *k)));
     html! {
         tr {
             th .name rowspan="2" { "Model" }
@@ -234,9 +228,6 @@ mod tests {
     #[test]
     fn a_reason_is_noted_once() {
         let mut notes = Notes::default();
-        assert_eq!(
-            ["a", "", "b", "a"].map(|r| notes.number(r)),
-            [Some(1), None, Some(2), Some(1)]
-        );
+        assert_eq!(["a", "", "b", "a"].map(|r| notes.number(r)), [Some(1), None, Some(2), Some(1)]);
     }
 }

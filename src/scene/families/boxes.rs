@@ -9,14 +9,7 @@ const PLOT: f64 = 8.0;
 /// Every coordinate is a multiple of this.
 const RASTER: f64 = 1.0 / 16.0;
 /// Faces as corner numbers (bit 0: x, bit 1: y, bit 2: z), outward.
-const FACES: [[u8; 4]; 6] = [
-    [0, 4, 6, 2],
-    [1, 3, 7, 5],
-    [0, 1, 5, 4],
-    [2, 6, 7, 3],
-    [0, 2, 3, 1],
-    [4, 5, 7, 6],
-];
+const FACES: [[u8; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
 /// Plots row by row in a square, each with a tower, a wall along either axis, or a slab.
 pub(super) fn generate(random: &mut Random, parts: &mut Assembly) {

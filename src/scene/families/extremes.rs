@@ -5,11 +5,7 @@ use crate::scene::assemble::Assembly;
 use glam::DVec3;
 
 /// An equilateral triangle around the origin, on no axis plane.
-const TILTED: [DVec3; 3] = [
-    DVec3::new(1.0, 0.0, -1.0),
-    DVec3::new(-1.0, 1.0, 0.0),
-    DVec3::new(0.0, -1.0, 1.0),
-];
+const TILTED: [DVec3; 3] = [DVec3::new(1.0, 0.0, -1.0), DVec3::new(-1.0, 1.0, 0.0), DVec3::new(0.0, -1.0, 1.0)];
 /// The largest nested triangle is 2 to this power, the smallest 2 to its negative: areas stay normal numbers in f32.
 const OCTAVES: f64 = 60.0;
 
@@ -30,11 +26,7 @@ pub(super) fn nested(_: &mut Random, parts: &mut Assembly) {
     let top = OCTAVES.min(steps / 2.0);
     parts.begin("nested");
     for i in 0..parts.limit() {
-        let exponent = if i == 0 {
-            top
-        } else {
-            top - 2.0 * top * (i as f64 / steps)
-        };
+        let exponent = if i == 0 { top } else { top - 2.0 * top * (i as f64 / steps) };
         parts.push(TILTED.map(|p| p * libm::exp2(exponent)));
     }
 }

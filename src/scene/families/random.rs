@@ -36,11 +36,7 @@ impl Random {
 
     /// A point of the cube from `low` to `high` on every axis.
     pub(super) fn in_cube(&mut self, low: f64, high: f64) -> DVec3 {
-        let (x, y, z) = (
-            self.between(low, high),
-            self.between(low, high),
-            self.between(low, high),
-        );
+        let (x, y, z) = (self.between(low, high), self.between(low, high), self.between(low, high));
         DVec3::new(x, y, z)
     }
 

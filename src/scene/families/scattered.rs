@@ -29,9 +29,7 @@ pub(super) fn slivers(random: &mut Random, parts: &mut Assembly) {
         let centre = random.in_cube(0.0, CUBE);
         let length = random.log_between(NEEDLE.0, NEEDLE.1);
         let along = random.direction();
-        let across = along
-            .cross(random.direction())
-            .normalize_or(along.any_orthonormal_vector());
+        let across = along.cross(random.direction()).normalize_or(along.any_orthonormal_vector());
         let (half, base) = (along * (length / 2.0), across * (length * NEEDLE_WIDTH / 2.0));
         parts.push([centre - half - base, centre - half + base, centre + half]);
     }

@@ -31,10 +31,8 @@ fn columns(triangles: usize) -> usize {
 
 /// Value noise: random heights on lattices, blended by 3t² − 2t³, octaves summed.
 pub(super) fn terrain(random: &mut Random, parts: &mut Assembly) {
-    let lattices: Vec<Vec<f64>> = OCTAVES
-        .iter()
-        .map(|cells| (0..(cells + 1) * (cells + 1)).map(|_| random.unit()).collect())
-        .collect();
+    let lattices: Vec<Vec<f64>> =
+        OCTAVES.iter().map(|cells| (0..(cells + 1) * (cells + 1)).map(|_| random.unit()).collect()).collect();
     let noise = |x: f64, z: f64| {
         let octave = |(&cells, values): (&usize, &Vec<f64>)| {
             let split = |t: f64| {
@@ -49,10 +47,7 @@ pub(super) fn terrain(random: &mut Random, parts: &mut Assembly) {
             row(j) * (1.0 - v) + row(j + 1) * v
         };
         let heights = OCTAVES.iter().zip(&lattices).map(octave);
-        heights
-            .enumerate()
-            .map(|(k, h)| h * HEIGHT / (1_u32 << k) as f64)
-            .sum::<f64>()
+        heights.enumerate().map(|(k, h)| h * HEIGHT / (1_u32 << k) as f64).sum::<f64>()
     };
     let triangles = parts.limit();
     let columns = columns(triangles);
@@ -67,7 +62,5 @@ pub(super) fn terrain(random: &mut Random, parts: &mut Assembly) {
 pub(super) fn grid(_: &mut Random, parts: &mut Assembly) {
     let triangles = parts.limit();
     parts.begin("grid");
-    sheet(parts, columns(triangles), triangles, |i, j| {
-        DVec3::new(i as f64, 0.0, j as f64)
-    });
+    sheet(parts, columns(triangles), triangles, |i, j| DVec3::new(i as f64, 0.0, j as f64));
 }

@@ -20,9 +20,7 @@ pub(super) fn generate(random: &mut Random, parts: &mut Assembly) {
         tessellations.push((segments, rings));
         triangles += 2 * segments * (rings - 1);
     }
-    let side = (1..)
-        .find(|side: &usize| side.pow(3) >= tessellations.len())
-        .unwrap_or(1);
+    let side = (1..).find(|side: &usize| side.pow(3) >= tessellations.len()).unwrap_or(1);
     let mut cells: Vec<usize> = (0..side.pow(3)).collect();
     let cell_size = CUBE / side as f64;
     for (i, (segments, rings)) in tessellations.into_iter().enumerate() {

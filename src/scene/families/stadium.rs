@@ -24,9 +24,7 @@ pub(super) fn generate(random: &mut Random, parts: &mut Assembly) {
     let sparse = (parts.limit() / SPARSE).clamp(1, MOST_SPARSE);
     let floor = sparse.min(2);
     parts.begin("floor");
-    sheet(parts, 1, floor, |i, j| {
-        DVec3::new((2.0 * i as f64 - 1.0) * FLOOR, 0.0, (2.0 * j as f64 - 1.0) * FLOOR)
-    });
+    sheet(parts, 1, floor, |i, j| DVec3::new((2.0 * i as f64 - 1.0) * FLOOR, 0.0, (2.0 * j as f64 - 1.0) * FLOOR));
     let stands = sparse - floor;
     if stands > 0 {
         parts.begin("stands");
@@ -43,11 +41,7 @@ pub(super) fn generate(random: &mut Random, parts: &mut Assembly) {
     let dense = parts.room();
     if dense > 0 {
         parts.begin("ring");
-        let place = DVec3::new(
-            random.between(-OFF_CENTRE, OFF_CENTRE),
-            1.0,
-            random.between(-OFF_CENTRE, OFF_CENTRE),
-        );
+        let place = DVec3::new(random.between(-OFF_CENTRE, OFF_CENTRE), 1.0, random.between(-OFF_CENTRE, OFF_CENTRE));
         let (lumps, waves) = (4 + random.below(5), 2 + random.below(4));
         let around = libm::sqrt(dense as f64).max(3.0) as usize;
         let tube = dense.div_ceil(2 * around).max(3);

@@ -68,10 +68,8 @@ fn seeds_matter_where_they_are_said_to() {
 fn spheres_do_not_touch_and_are_closed() {
     let scene = family("spheres").generate(50_000, 1);
     let whole = &scene.objects[..scene.objects.len() - 1];
-    let boxes: Vec<Aabb> = whole
-        .iter()
-        .map(|o| Aabb::around(scene.triangles[o.triangles.clone()].iter().flat_map(|t| t.v)))
-        .collect();
+    let boxes: Vec<Aabb> =
+        whole.iter().map(|o| Aabb::around(scene.triangles[o.triangles.clone()].iter().flat_map(|t| t.v))).collect();
     for (i, a) in boxes.iter().enumerate() {
         for b in &boxes[..i] {
             let apart = (a.min - b.max).max(b.min - a.max).max_element();
@@ -88,11 +86,7 @@ fn spheres_do_not_touch_and_are_closed() {
             }
         }
         assert!(edges.values().all(|&sum| sum == 0), "{}", object.name);
-        assert!(
-            volume(&scene.triangles[object.triangles.clone()]) > 0.0,
-            "{}",
-            object.name
-        );
+        assert!(volume(&scene.triangles[object.triangles.clone()]) > 0.0, "{}", object.name);
     }
 }
 
@@ -130,11 +124,7 @@ fn families_are_what_they_say() {
     assert_eq!(same.len(), 1);
     let whole = |v: Vec3, unit: f32| (v / unit).fract() == Vec3::ZERO;
     let grid = family("grid").generate(1000, 1);
-    assert!(
-        grid.triangles
-            .iter()
-            .all(|t| t.area() == 0.5 && t.v.iter().all(|&p| whole(p, 1.0) && p.y == 0.0))
-    );
+    assert!(grid.triangles.iter().all(|t| t.area() == 0.5 && t.v.iter().all(|&p| whole(p, 1.0) && p.y == 0.0)));
     let boxes = family("boxes").generate(1000, 1);
     assert!(boxes.triangles.iter().flat_map(|t| t.v).all(|p| whole(p, 1.0 / 16.0)));
     for triangle in family("slivers").generate(1000, 1).triangles {
@@ -146,17 +136,11 @@ fn families_are_what_they_say() {
     assert!(ring.len() > 9_800);
     // Cut short in its last row, but nearly closed: moved to the origin, its volume is about 2π² · 0.4².
     let ring_centre = stadium.triangles[ring.start].v[0];
-    let moved = |t: &Triangle| Triangle {
-        v: t.v.map(|p| p - ring_centre),
-    };
+    let moved = |t: &Triangle| Triangle { v: t.v.map(|p| p - ring_centre) };
     let ring_volume = volume(&stadium.triangles[ring.clone()].iter().map(moved).collect::<Vec<_>>()) / 6.0;
     assert!((ring_volume / 3.16 - 1.0).abs() < 0.1, "{ring_volume}");
     let stands = &stadium.triangles[stadium.objects[1].triangles.clone()];
-    assert!(
-        stands
-            .iter()
-            .all(|t| t.cross().dot(t.v[0].as_dvec3()) <= 0.0 && t.cross().y > 0.0)
-    );
+    assert!(stands.iter().all(|t| t.cross().dot(t.v[0].as_dvec3()) <= 0.0 && t.cross().y > 0.0));
     let ring_box = Aabb::around(stadium.triangles[ring].iter().flat_map(|t| t.v));
     assert!(ring_box.extent().max_element() * 500.0 < stadium.bounds().extent().max_element());
     let terrain = family("terrain").generate(5000, 1);

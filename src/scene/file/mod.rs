@@ -54,29 +54,19 @@ struct Parts {
 /// [`SceneError::Unreadable`] where the system refuses, [`SceneError::Malformed`] for an ending that is none of
 /// [`FORMATS`] or a file that is not what its ending says, [`SceneError::Empty`] where no triangle is left.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
-    let unreadable = |source: io::Error| SceneError::Unreadable {
-        path: path.to_owned(),
-        source,
-    };
+    let unreadable = |source: io::Error| SceneError::Unreadable { path: path.to_owned(), source };
     if std::fs::metadata(path).map_err(unreadable)?.is_dir() {
         return Err(malformed(path, None, "this is a directory; name a file in it"));
     }
     let format = format_of(path).ok_or_else(|| {
         let known: Vec<_> = FORMATS.iter().map(|format| format!(".{}", format.extension)).collect();
-        malformed(
-            path,
-            None,
-            format!("no known format; give a file ending in {}", known.join(" or ")),
-        )
+        malformed(path, None, format!("no known format; give a file ending in {}", known.join(" or ")))
     })?;
     let bytes = std::fs::read(path).map_err(unreadable)?;
     let parts = (format.read)(path, &bytes)?;
     let name = path.display().to_string();
     if parts.triangles.is_empty() {
-        return Err(SceneError::Empty {
-            detail: what_was_there(&parts.dropped),
-            name: one_line(path),
-        });
+        return Err(SceneError::Empty { detail: what_was_there(&parts.dropped), name: one_line(path) });
     }
     let mut scene = Scene {
         name,
@@ -95,9 +85,7 @@ pub fn load(path: &Path) -> Result<Scene, SceneError> {
 /// The format of a path's ending, if it is known.
 pub(super) fn format_of(path: &Path) -> Option<&'static Format> {
     let extension = path.extension()?;
-    FORMATS
-        .iter()
-        .find(|format| extension.eq_ignore_ascii_case(format.extension))
+    FORMATS.iter().find(|format| extension.eq_ignore_ascii_case(format.extension))
 }
 
 fn what_was_there(dropped: &Dropped) -> String {
@@ -109,17 +97,9 @@ fn what_was_there(dropped: &Dropped) -> String {
     .into_iter()
     .flatten()
     .collect();
-    if found.is_empty() {
-        String::new()
-    } else {
-        format!(" (only {})", found.join(" and "))
-    }
+    if found.is_empty() { String::new() } else { format!(" (only {})", found.join(" and ")) }
 }
 
 fn malformed(path: &Path, line: Option<usize>, reason: impl Into<String>) -> SceneError {
-    SceneError::Malformed {
-        path: path.to_owned(),
-        line,
-        reason: reason.into(),
-    }
+    SceneError::Malformed { path: path.to_owned(), line, reason: reason.into() }
 }

@@ -37,15 +37,8 @@ fn accepted_oddities() {
         format!("usemtl\n{TRIANGLE}"),
     ] {
         let scene = obj(&text, &[]).unwrap_or_else(|error| panic!("{text:?}: {error}"));
-        assert_eq!(
-            scene.triangles,
-            [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)],
-            "{text:?}"
-        );
-        assert_eq!(
-            (scene.objects.len(), scene.material_ids.as_slice()),
-            (1, [0].as_slice())
-        );
+        assert_eq!(scene.triangles, [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)], "{text:?}");
+        assert_eq!((scene.objects.len(), scene.material_ids.as_slice()), (1, [0].as_slice()));
     }
 }
 
@@ -54,10 +47,7 @@ fn what_is_no_finite_triangle_is_counted() {
     let more = "v nan 0 0\nv 0 1e39 0\nl 1 2\np 1\nf 2 3\nf 1\nf 1 2 4\nf 1 2 5 3\nf 1 1 1\nf 1 2 3\n";
     let scene = obj(format!("{TRIANGLE}{more}"), &[]).unwrap();
     assert_eq!(scene.triangles.len(), 3, "degenerate and duplicate triangles are kept");
-    let expected = Dropped {
-        not_finite: 3,
-        points_and_lines: 4,
-    };
+    let expected = Dropped { not_finite: 3, points_and_lines: 4 };
     assert_eq!(scene.dropped, expected);
     assert!(scene.triangles.iter().all(Triangle::is_finite));
 }
@@ -69,10 +59,7 @@ fn objects_and_materials_are_told_apart() {
         o one\nusemtl red paint\nf 1 2 3\nusemtl ghost\nf 1 2 3\nusemtl ghost\nf 1 2 3\n\
         g one\nf 1 2 3\no empty\ng two parts\nusemtl lamp\nf 1 2 3\nusemtl\nf 1 2 3\n";
     let beside = [
-        (
-            "my first.mtl",
-            "newmtl red paint # red\nKd 1 0 0 # so\nKs .5\nd -halo 0.25\nTr 0.1\nNi 1.5\nillum 7\n",
-        ),
+        ("my first.mtl", "newmtl red paint # red\nKd 1 0 0 # so\nKs .5\nd -halo 0.25\nTr 0.1\nNi 1.5\nillum 7\n"),
         (
             "sub b.mtl",
             "Kd 9 9 9\nnewmtl lamp\nKe 1 2 3\nTr 0.75\nNs 10\nKd spectral x.rfl\nillum 77\nKs nan 0 0\nmap_Kd\n",
@@ -80,21 +67,10 @@ fn objects_and_materials_are_told_apart() {
         ("c.mtl", "newmtl\nKd 0 0 1\n"),
     ];
     let scene = obj(text, &beside).unwrap();
-    let objects: Vec<_> = scene
-        .objects
-        .iter()
-        .map(|o| (o.name.as_str(), o.triangles.clone()))
-        .collect();
+    let objects: Vec<_> = scene.objects.iter().map(|o| (o.name.as_str(), o.triangles.clone())).collect();
     assert_eq!(objects, [("one", 0..3), ("one", 3..4), ("two parts", 4..6)]);
-    let names: Vec<_> = scene
-        .material_ids
-        .iter()
-        .map(|&id| scene.materials[usize::from(id)].name.as_str())
-        .collect();
-    assert_eq!(
-        names,
-        ["red paint", "default", "default", "default", "lamp", "(nameless)"]
-    );
+    let names: Vec<_> = scene.material_ids.iter().map(|&id| scene.materials[usize::from(id)].name.as_str()).collect();
+    assert_eq!(names, ["red paint", "default", "default", "default", "lamp", "(nameless)"]);
     let red = Material {
         name: "red paint".into(),
         diffuse: Vec3::X,
@@ -113,18 +89,8 @@ fn objects_and_materials_are_told_apart() {
     };
     assert_eq!(scene.materials[1..3], [red, lamp]);
     let warned = |words: &str| scene.warnings.iter().filter(|w| w.contains(words)).count();
-    assert_eq!(
-        (warned("no.mtl"), warned("'ghost' is not defined")),
-        (1, 1),
-        "{:?}",
-        scene.warnings
-    );
-    assert_eq!(
-        (warned("'spectral'"), warned("illum"), warned("'nan'")),
-        (1, 1, 1),
-        "{:?}",
-        scene.warnings
-    );
+    assert_eq!((warned("no.mtl"), warned("'ghost' is not defined")), (1, 1), "{:?}", scene.warnings);
+    assert_eq!((warned("'spectral'"), warned("illum"), warned("'nan'")), (1, 1, 1), "{:?}", scene.warnings);
     assert_eq!(scene.warnings.len(), 5, "{:?}", scene.warnings);
 }
 
@@ -132,29 +98,17 @@ fn objects_and_materials_are_told_apart() {
 fn broken_files_are_told_by_file_and_line() {
     for (text, words) in [
         ("v 0 0\n", "scene.obj:1: a vertex needs three numbers"),
-        (
-            "v 0 0 0\nv 0 0 0\r\rf 1 2 3",
-            "scene.obj:4: vertex index 3 is out of range: there are 2 vertices",
-        ),
+        ("v 0 0 0\nv 0 0 0\r\rf 1 2 3", "scene.obj:4: vertex index 3 is out of range: there are 2 vertices"),
         ("f 0 1 2", "scene.obj:1: vertex index 0"),
         ("v\u{0}", "encoding"),
     ] {
         let error = obj(text, &[]).expect_err(text);
         assert!(matches!(error, SceneError::Malformed { .. }));
-        assert!(
-            error.to_string().contains(words) && !error.to_string().contains('\n'),
-            "{error}"
-        );
+        assert!(error.to_string().contains(words) && !error.to_string().contains('\n'), "{error}");
     }
-    for (text, words) in [
-        ("", "no triangles;"),
-        ("v 0 0 0\np 1\n", "no triangles (only 1 points and lines);"),
-    ] {
+    for (text, words) in [("", "no triangles;"), ("v 0 0 0\np 1\n", "no triangles (only 1 points and lines);")] {
         let error = obj(text, &[]).expect_err(text);
-        assert!(
-            matches!(error, SceneError::Empty { .. }) && error.to_string().contains(words),
-            "{error}"
-        );
+        assert!(matches!(error, SceneError::Empty { .. }) && error.to_string().contains(words), "{error}");
     }
 }
 
@@ -168,21 +122,11 @@ fn places_without_a_scene() {
     let load = |name: &str| Scene::load(at(name).to_str().unwrap()).unwrap_err();
     for name in ["missing.obj", "missing.xyz", "no\nsuch.obj"] {
         let error = load(name);
-        assert!(
-            matches!(error, SceneError::Unreadable { .. }) && !error.to_string().contains('\n'),
-            "{error}"
-        );
+        assert!(matches!(error, SceneError::Unreadable { .. }) && !error.to_string().contains('\n'), "{error}");
     }
-    for (name, words) in [
-        ("x.stl", ".obj or .tri"),
-        ("plain", ".obj or .tri"),
-        ("folder.obj", "directory"),
-    ] {
+    for (name, words) in [("x.stl", ".obj or .tri"), ("plain", ".obj or .tri"), ("folder.obj", "directory")] {
         let error = load(name);
-        assert!(
-            matches!(error, SceneError::Malformed { .. }) && error.to_string().contains(words),
-            "{error}"
-        );
+        assert!(matches!(error, SceneError::Malformed { .. }) && error.to_string().contains(words), "{error}");
     }
     assert!(matches!(load("missing"), SceneError::Unknown { .. }));
 }
@@ -253,37 +197,19 @@ fn real_scenes_have_their_triangles() {
 
 /// What should come of a file of the torture set: triangles, or words of the error.
 const TORTURE: &[(&str, Result<usize, &str>)] = &[
-    (
-        "extra/own_nan_inf_plain.obj",
-        Err("no triangles (only 1 triangles with a NaN"),
-    ),
+    ("extra/own_nan_inf_plain.obj", Err("no triangles (only 1 triangles with a NaN")),
     ("extra/tinyobj_numeric-edge-cases.obj", Ok(2)),
-    (
-        "tinyobjloader/test-nan.obj",
-        Err("test-nan.obj:14: '1.#IND' is not a number"),
-    ),
-    (
-        "tinyobjloader/invalid-face-definition.obj",
-        Err("no triangles (only 2 points and lines)"),
-    ),
+    ("tinyobjloader/test-nan.obj", Err("test-nan.obj:14: '1.#IND' is not a number")),
+    ("tinyobjloader/invalid-face-definition.obj", Err("no triangles (only 2 points and lines)")),
     ("tobj/lines.obj", Err("no triangles")),
     ("tinyobjloader/line-prim.obj", Err("no triangles")),
     ("tinyobjloader/points-prim.obj", Err("no triangles")),
     ("obj-rs/group.obj", Ok(9)),
     ("extra/own_degenerate_dup.obj", Ok(3)),
     ("tobj/invalid_index.obj", Err("invalid_index.obj:12: vertex index 7")),
-    (
-        "tinyobjloader/issue-140-zero-face-idx.obj",
-        Err("issue-140-zero-face-idx.obj:16: vertex index 0"),
-    ),
-    (
-        "tinyobjloader/invalid-relative-vertex-index.obj",
-        Err("invalid-relative-vertex-index.obj:1: "),
-    ),
-    (
-        "tinyobjloader/invalid-relative-texture-index.obj",
-        Err("invalid-relative-texture-index.obj:2: "),
-    ),
+    ("tinyobjloader/issue-140-zero-face-idx.obj", Err("issue-140-zero-face-idx.obj:16: vertex index 0")),
+    ("tinyobjloader/invalid-relative-vertex-index.obj", Err("invalid-relative-vertex-index.obj:1: ")),
+    ("tinyobjloader/invalid-relative-texture-index.obj", Err("invalid-relative-texture-index.obj:2: ")),
     ("extra/own_huge_index.obj", Err("own_huge_index.obj:4: ")),
     ("extra/own_short_vertex.obj", Err("own_short_vertex.obj:1: ")),
     ("assimp_invalid/malformed.obj", Err("malformed.obj:")),

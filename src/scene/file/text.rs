@@ -101,18 +101,9 @@ mod tests {
     #[test]
     fn lines_end_join_and_lose_their_comments() {
         let expected = |lines: &[(usize, &str)]| lines.iter().map(|&(n, t)| (n, t.to_owned())).collect::<Vec<_>>();
-        assert_eq!(
-            split("a\nb\r\nc\rd"),
-            expected(&[(1, "a"), (2, "b"), (3, "c"), (4, "d")])
-        );
-        assert_eq!(
-            split("f 1 2 \\\n 3 \\\r\n4\ng"),
-            expected(&[(1, "f 1 2   3  4"), (4, "g")])
-        );
-        assert_eq!(
-            split("# art \\\nv 1 # x\n\n  \no box#1"),
-            expected(&[(2, "v 1"), (5, "o box#1")])
-        );
+        assert_eq!(split("a\nb\r\nc\rd"), expected(&[(1, "a"), (2, "b"), (3, "c"), (4, "d")]));
+        assert_eq!(split("f 1 2 \\\n 3 \\\r\n4\ng"), expected(&[(1, "f 1 2   3  4"), (4, "g")]));
+        assert_eq!(split("# art \\\nv 1 # x\n\n  \no box#1"), expected(&[(2, "v 1"), (5, "o box#1")]));
         assert_eq!(split("f 1 \\"), expected(&[(1, "f 1")]));
         assert_eq!(split("\\\n\\\n"), expected(&[]));
         assert_eq!(split(""), expected(&[]));

@@ -18,16 +18,10 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Parts, SceneError> {
     }
     let triangles: Vec<Triangle> = whole.iter().map(triangle).filter(Triangle::is_finite).collect();
     Ok(Parts {
-        objects: vec![Object {
-            name: "triangles".into(),
-            triangles: 0..triangles.len(),
-        }],
+        objects: vec![Object { name: "triangles".into(), triangles: 0..triangles.len() }],
         materials: vec![Material::default()],
         material_ids: vec![0; triangles.len()],
-        dropped: Dropped {
-            not_finite: whole.len() - triangles.len(),
-            ..Dropped::default()
-        },
+        dropped: Dropped { not_finite: whole.len() - triangles.len(), ..Dropped::default() },
         warnings: Vec::new(),
         triangles,
     })

@@ -48,12 +48,7 @@ fn sphere(segments: usize, rings: usize) -> Vec<Triangle64> {
     triangles.extend((0..segments).map(|s| [point(rings - 1, s), point(rings, s), point(rings - 1, s + 1)]));
     for ring in 1..rings - 1 {
         for s in 0..segments {
-            let corners = [
-                point(ring, s),
-                point(ring + 1, s),
-                point(ring + 1, s + 1),
-                point(ring, s + 1),
-            ];
+            let corners = [point(ring, s), point(ring + 1, s), point(ring + 1, s + 1), point(ring, s + 1)];
             triangles.extend(quad::cut(corners));
         }
     }

@@ -19,21 +19,8 @@ const INNER: (f64, f64) = (0.9027731, 1.3197958);
 /// Radius factor inside a groove.
 const GROOVE: f64 = 0.9715627;
 /// Heights of the grooved wall's rings, in eighths of the wall.
-const GROOVED_HEIGHTS: [f64; 13] = [
-    0.0,
-    1.0,
-    2.0,
-    3.0,
-    10.0 / 3.0,
-    11.0 / 3.0,
-    4.0,
-    13.0 / 3.0,
-    14.0 / 3.0,
-    5.0,
-    6.0,
-    7.0,
-    8.0,
-];
+const GROOVED_HEIGHTS: [f64; 13] =
+    [0.0, 1.0, 2.0, 3.0, 10.0 / 3.0, 11.0 / 3.0, 4.0, 13.0 / 3.0, 14.0 / 3.0, 5.0, 6.0, 7.0, 8.0];
 /// Which of those rings lie in a groove.
 const GROOVED: [usize; 3] = [4, 6, 8];
 
@@ -52,10 +39,7 @@ impl Ring {
     /// The way from here to `to`, `step` of `steps` done.
     fn towards(self, to: Self, step: usize, steps: usize) -> Self {
         let (k, n) = (step as f64, steps as f64);
-        Self::new(
-            self.radius + (to.radius - self.radius) * k / n,
-            self.height + (to.height - self.height) * k / n,
-        )
+        Self::new(self.radius + (to.radius - self.radius) * k / n, self.height + (to.height - self.height) * k / n)
     }
 }
 
@@ -69,12 +53,7 @@ pub(super) fn triangles(level: Level) -> Vec<Triangle64> {
     let outline = outline(sides);
     let rings: Vec<Vec<DVec3>> = profile(level)
         .iter()
-        .map(|ring| {
-            outline
-                .iter()
-                .map(|&p| (AXIS + ring.radius * p).extend(ring.height))
-                .collect()
-        })
+        .map(|ring| outline.iter().map(|&p| (AXIS + ring.radius * p).extend(ring.height)).collect())
         .collect();
     let mut triangles = Vec::new();
     for pair in rings.windows(2) {
@@ -124,10 +103,7 @@ fn densified(wall: &[Ring]) -> Vec<Ring> {
         let parts = if i == 0 || i + 1 == last { 3 } else { 4 };
         rings.extend((0..parts).map(|q| {
             let t = f64::from(q) / f64::from(parts);
-            Ring::new(
-                pair[0].radius * (1.0 - t) + pair[1].radius * t,
-                pair[0].height * (1.0 - t) + pair[1].height * t,
-            )
+            Ring::new(pair[0].radius * (1.0 - t) + pair[1].radius * t, pair[0].height * (1.0 - t) + pair[1].height * t)
         }));
     }
     rings.push(wall[last]);
@@ -152,19 +128,10 @@ fn outline(sides: usize) -> Vec<DVec2> {
 /// An n-gon as the zig-zag strip 0, 1, n−1, 2, n−2, …: a fan would have zero-area triangles, because the corners
 /// on a split chord are collinear.
 fn cap_strip(n: usize) -> Vec<[usize; 3]> {
-    let zigzag: Vec<usize> = std::iter::once(0)
-        .chain((1..n / 2).flat_map(|q| [q, n - q]))
-        .chain([n / 2])
-        .collect();
+    let zigzag: Vec<usize> = std::iter::once(0).chain((1..n / 2).flat_map(|q| [q, n - q])).chain([n / 2]).collect();
     zigzag
         .windows(3)
         .enumerate()
-        .map(|(i, w)| {
-            if i % 2 == 0 {
-                [w[0], w[1], w[2]]
-            } else {
-                [w[1], w[0], w[2]]
-            }
-        })
+        .map(|(i, w)| if i % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] })
         .collect()
 }

@@ -42,13 +42,7 @@ impl Cube {
         let side = n + 1;
         let points = (0..side * side * side)
             .map(|i| [i / (side * side), i / side % side, i % side])
-            .map(|index| {
-                if on_surface(index, n) {
-                    position(index)
-                } else {
-                    DVec3::ZERO
-                }
-            })
+            .map(|index| if on_surface(index, n) { position(index) } else { DVec3::ZERO })
             .collect();
         Self { n, points }
     }

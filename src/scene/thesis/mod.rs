@@ -104,19 +104,13 @@ pub const LEVELS: &[LevelInfo] = &[
 ];
 
 /// The camera of every level; its `up` turns the thesis' picture upside down.
-pub const CAMERA: Camera = Camera {
-    eye: Vec3::new(22.0, 22.0, 32.0),
-    look_at: Vec3::ZERO,
-    up: Vec3::new(0.0, -1.0, 0.0),
-    fov_degrees: 30.0,
-};
+pub const CAMERA: Camera =
+    Camera { eye: Vec3::new(22.0, 22.0, 32.0), look_at: Vec3::ZERO, up: Vec3::new(0.0, -1.0, 0.0), fov_degrees: 30.0 };
 
 const CUP: Placement = Placement::uniform([-0.846907, -0.237633, -2.423190], 1.4496125);
 const TORUS: Placement = Placement::uniform([3.921158, 1.746835, 2.060894], 2.577009);
-const SLAB: Placement = Placement {
-    loc: DVec3::new(-6.385649, 5.361899, 0.343184),
-    scale: DVec3::new(1.0, 5.217342, 7.418953),
-};
+const SLAB: Placement =
+    Placement { loc: DVec3::new(-6.385649, 5.361899, 0.343184), scale: DVec3::new(1.0, 5.217342, 7.418953) };
 const BLOB_NAMES: [&str; 8] = ["A", "B", "C", "D", "E", "F", "G", "H"];
 const TINY_BLOBS: [Placement; 8] = [
     Placement::uniform([8.411344, 1.429286, -4.561950], 1.439553),
@@ -155,9 +149,6 @@ pub fn generate(level: Level) -> Scene {
     }
     add("slab", &SLAB, &slab::triangles(level));
     add("torus", &TORUS, &torus::triangles(level));
-    let name = LEVELS
-        .iter()
-        .find(|info| info.level == level)
-        .map_or("", |info| info.name);
+    let name = LEVELS.iter().find(|info| info.level == level).map_or("", |info| info.name);
     parts.finish(&format!("thesis:{name}"), CAMERA)
 }

@@ -8,11 +8,7 @@ use glam::DVec3;
 /// The tolerance keeps rounding from deciding between diagonals that are equal by symmetry.
 pub(super) fn cut([a, b, c, d]: [DVec3; 4]) -> [Triangle64; 2] {
     let (ac, bd) = (squared(a - c), squared(b - d));
-    if ac <= bd * (1.0 + 1e-6) {
-        [[a, b, c], [a, c, d]]
-    } else {
-        [[a, b, d], [b, c, d]]
-    }
+    if ac <= bd * (1.0 + 1e-6) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
 }
 
 /// Squared length, summed x, y, z.
@@ -32,10 +28,7 @@ pub(super) struct Placement {
 impl Placement {
     /// A translation and one scale for all axes.
     pub(super) const fn uniform(loc: [f64; 3], scale: f64) -> Self {
-        Self {
-            loc: DVec3::from_array(loc),
-            scale: DVec3::splat(scale),
-        }
+        Self { loc: DVec3::from_array(loc), scale: DVec3::splat(scale) }
     }
 
     /// A local triangle in the world.

@@ -37,20 +37,8 @@ pub(super) fn triangles(level: Level) -> Vec<Triangle64> {
     } else {
         evenly(cells[0])
     };
-    let sections: Vec<_> = xs
-        .into_iter()
-        .map(|x| {
-            if bulged {
-                bulge(x)
-            } else {
-                Section {
-                    x,
-                    scale: 1.0,
-                    lift: 0.0,
-                }
-            }
-        })
-        .collect();
+    let sections: Vec<_> =
+        xs.into_iter().map(|x| if bulged { bulge(x) } else { Section { x, scale: 1.0, lift: 0.0 } }).collect();
     let (ys, zs) = (evenly(cells[1]), evenly(cells[2]));
     lattice::surface(cells, |[i, j, k]| {
         let Section { x, scale, lift } = sections[i];
@@ -83,7 +71,5 @@ fn interpolate(x: f64, values: &[f64; 5]) -> f64 {
 /// `cells` + 1 even steps from −1 to 1, both ends exact.
 fn evenly(cells: usize) -> Vec<f64> {
     let step = 2.0 / cells as f64;
-    (0..=cells)
-        .map(|i| if i == cells { 1.0 } else { i as f64 * step - 1.0 })
-        .collect()
+    (0..=cells).map(|i| if i == cells { 1.0 } else { i as f64 * step - 1.0 }).collect()
 }

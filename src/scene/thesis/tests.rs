@@ -8,22 +8,10 @@ use std::collections::HashMap;
 const PINNED: [(Level, [usize; 4], &str); 6] = [
     (Level::Tiny, [252, 288, 12, 12], "b7aa3facb07d2447e4083edbe4851f55"),
     (Level::Small, [892, 1152, 48, 112], "321aa6b3e37a3f12cba0306cf88bed85"),
-    (
-        Level::Small2940,
-        [892, 1152, 48, 512],
-        "d8e231cc4ff912818308908c70764db9",
-    ),
+    (Level::Small2940, [892, 1152, 48, 512], "d8e231cc4ff912818308908c70764db9"),
     (Level::Med, [3324, 4608, 192, 2048], "367d766d4984d7d1253178eb5cf9e9df"),
-    (
-        Level::Large,
-        [6396, 4608, 768, 8192],
-        "d1cc21409c1608a2e4403124720f0e06",
-    ),
-    (
-        Level::Huge,
-        [7804, 10368, 7488, 10672],
-        "aae40d3d3bc51bf6ede5db6e8795d2ba",
-    ),
+    (Level::Large, [6396, 4608, 768, 8192], "d1cc21409c1608a2e4403124720f0e06"),
+    (Level::Huge, [7804, 10368, 7488, 10672], "aae40d3d3bc51bf6ede5db6e8795d2ba"),
 ];
 
 #[test]
@@ -33,11 +21,7 @@ fn counts_order_and_hash_are_pinned() {
         let scene = generate(level);
         assert_eq!((info.level, level.info().name), (level, info.name));
         assert_eq!(scene.name, format!("thesis:{}", info.name));
-        let counts: Vec<_> = scene
-            .objects
-            .iter()
-            .map(|o| (o.name.as_str(), o.triangles.len()))
-            .collect();
+        let counts: Vec<_> = scene.objects.iter().map(|o| (o.name.as_str(), o.triangles.len())).collect();
         let mut expected = vec![("cup", cup)];
         expected.extend(BLOB_NAMES.map(|name| (name, blob)));
         expected.extend([("slab", slab), ("torus", torus)]);
@@ -49,10 +33,7 @@ fn counts_order_and_hash_are_pinned() {
             o.triangles.end
         });
         assert_eq!(end, scene.triangles.len());
-        hashes.push((
-            blake3::hash(bytemuck::cast_slice(&scene.triangles)).to_hex()[..32].to_owned(),
-            hash,
-        ));
+        hashes.push((blake3::hash(bytemuck::cast_slice(&scene.triangles)).to_hex()[..32].to_owned(), hash));
     }
     let (found, pinned): (Vec<_>, Vec<_>) = hashes.into_iter().unzip();
     assert_eq!(found, pinned);
@@ -92,11 +73,7 @@ fn surface_fault(triangles: &[Triangle]) -> Option<&'static str> {
     if edges.values().any(|&uses| uses != [1, 1]) {
         return Some("an edge is not used once each way");
     }
-    let volume: f64 = triangles
-        .iter()
-        .map(|t| t.v.map(|p| p.as_dvec3()))
-        .map(|[a, b, c]| a.dot(b.cross(c)))
-        .sum();
+    let volume: f64 = triangles.iter().map(|t| t.v.map(|p| p.as_dvec3())).map(|[a, b, c]| a.dot(b.cross(c))).sum();
     (volume <= 0.0).then_some("wound inward")
 }
 

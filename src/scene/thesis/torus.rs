@@ -38,18 +38,10 @@ impl Grid {
     /// Linear subdivision, first around the axis, then around the tube.
     fn refined(&self) -> Self {
         let wider = Self::new(2 * self.around, self.tube, |i, j| {
-            if i % 2 == 0 {
-                self.at(i / 2, j)
-            } else {
-                (self.at(i / 2, j) + self.at(i / 2 + 1, j)) / 2.0
-            }
+            if i % 2 == 0 { self.at(i / 2, j) } else { (self.at(i / 2, j) + self.at(i / 2 + 1, j)) / 2.0 }
         });
         Self::new(wider.around, 2 * self.tube, |i, j| {
-            if j % 2 == 0 {
-                wider.at(i, j / 2)
-            } else {
-                (wider.at(i, j / 2) + wider.at(i, j / 2 + 1)) / 2.0
-            }
+            if j % 2 == 0 { wider.at(i, j / 2) } else { (wider.at(i, j / 2) + wider.at(i, j / 2 + 1)) / 2.0 }
         })
     }
 
@@ -81,12 +73,7 @@ pub(super) fn triangles(level: Level) -> Vec<Triangle64> {
     let mut triangles = Vec::with_capacity(2 * grid.points.len());
     for i in 0..grid.around {
         for j in 0..grid.tube {
-            let corners = [
-                grid.at(i, j),
-                grid.at(i + 1, j),
-                grid.at(i + 1, j + 1),
-                grid.at(i, j + 1),
-            ];
+            let corners = [grid.at(i, j), grid.at(i + 1, j), grid.at(i + 1, j + 1), grid.at(i, j + 1)];
             triangles.extend(quad::cut(corners));
         }
     }

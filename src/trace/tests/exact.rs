@@ -132,12 +132,7 @@ fn scaling_by_a_power_of_two_scales_t_and_nothing_else() {
     let mut scratch = Scratch::default();
     for exponent in [-60, -3, 20, 62] {
         let factor = 2f32.powi(exponent);
-        let scaled: Vec<_> = triangles
-            .iter()
-            .map(|t| Triangle {
-                v: t.v.map(|p| p * factor),
-            })
-            .collect();
+        let scaled: Vec<_> = triangles.iter().map(|t| Triangle { v: t.v.map(|p| p * factor) }).collect();
         let scaled_bvh = median_split(&scaled, 4);
         for ray in rays(5, 300, any_ray) {
             let hit = closest_hit::<WatertightRay, ()>(&bvh, &triangles, &ray, &mut scratch, &mut ());
@@ -165,10 +160,7 @@ fn watertight_hits_are_those_of_an_f64_oracle_within_a_rounding() {
     let triangles = soup(11, 400, 0.3);
     let mut hits = 0;
     for ray in rays(12, 3000, any_ray) {
-        let crossings = triangles
-            .iter()
-            .filter_map(|t| oracle(t, &ray))
-            .filter(|&(t, _)| t >= 0.0);
+        let crossings = triangles.iter().filter_map(|t| oracle(t, &ray)).filter(|&(t, _)| t >= 0.0);
         let inside = crossings.clone().filter(|&(_, w)| w > 1e-12).map(|(t, _)| t);
         let expected = inside.min_by(f64::total_cmp);
         if crossings.clone().any(|(_, w)| w.abs() <= 1e-12) {
@@ -200,9 +192,7 @@ fn no_ray_leaves_a_closed_sphere() {
                 let [a, b, c] = t.v;
                 [a, b, c, (a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5]
             });
-            let directions = at_features
-                .map(|p| p - origin)
-                .chain((0..20_000).map(|_| random.point(2.0) - 1.0));
+            let directions = at_features.map(|p| p - origin).chain((0..20_000).map(|_| random.point(2.0) - 1.0));
             for direction in directions.collect::<Vec<_>>() {
                 let ray = Ray::new(origin, direction);
                 let hit = closest_hit::<WatertightRay, ()>(&bvh, &triangles, &ray, &mut scratch, &mut ());
@@ -235,12 +225,7 @@ fn all_26_directions_with_either_sign_of_zero() {
     for i in 0..5_usize.pow(3) {
         let part = |k: u32| [-1.0, -0.0, 0.0, 1.0, 1.0][i / 5_usize.pow(k) % 5];
         let direction = Vec3::new(part(0), part(1), part(2));
-        for origin in [
-            Vec3::ZERO,
-            Vec3::new(0.5, 0.25, 0.125),
-            Vec3::new(1.0, 2.0, 0.0),
-            Vec3::new(-3.0, 1.0, 1.0),
-        ] {
+        for origin in [Vec3::ZERO, Vec3::new(0.5, 0.25, 0.125), Vec3::new(1.0, 2.0, 0.0), Vec3::new(-3.0, 1.0, 1.0)] {
             rays.push(Ray::new(origin, direction));
         }
     }
@@ -290,10 +275,7 @@ fn rays_that_leave_a_convex_surface_do_not_come_back_and_walls_do_not_leak() {
         let leaving = diffuse_rays(&bvh, &triangles, &primary, 3);
         assert!(leaving.len() > 2000, "{}", leaving.len());
         for ray in leaving {
-            assert!(
-                !any_hit::<WatertightRay, ()>(&bvh, &triangles, &ray, &mut Scratch::default(), &mut ()),
-                "{ray:?}"
-            );
+            assert!(!any_hit::<WatertightRay, ()>(&bvh, &triangles, &ray, &mut Scratch::default(), &mut ()), "{ray:?}");
         }
     }
     // Two walls 10⁻⁴ of the scene apart, far from the origin: what starts between them stays between them.
@@ -305,12 +287,7 @@ fn rays_that_leave_a_convex_surface_do_not_come_back_and_walls_do_not_leak() {
     let bvh = median_split(&walls, 2);
     let mut random = Random(6);
     let primary: Vec<_> = (0..1000)
-        .map(|_| {
-            Ray::new(
-                Vec3::new(1000.005, 1020.0, 1020.0),
-                (random.point(2.0) - 1.0) * Vec3::new(1.0, 0.01, 0.01),
-            )
-        })
+        .map(|_| Ray::new(Vec3::new(1000.005, 1020.0, 1020.0), (random.point(2.0) - 1.0) * Vec3::new(1.0, 0.01, 0.01)))
         .collect();
     for ray in diffuse_rays(&bvh, &walls, &primary, 3) {
         let steep = ray.direction.x.abs() > 0.01;

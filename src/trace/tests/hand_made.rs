@@ -14,23 +14,13 @@ fn fan(arity: usize, ranges: &[(f32, f32)]) -> Bvh {
     let leaf = |&(from, to)| Node::leaf(Aabb::new(Vec3::new(from, 0.0, 0.0), Vec3::new(to, 1.0, 1.0)), 0, 0);
     let leaves: Vec<_> = ranges.iter().map(leaf).collect();
     let root = Node::inner(Aabb::union_of(leaves.iter().map(|n| &n.aabb)), 1, ranges.len());
-    Bvh {
-        nodes: std::iter::once(root).chain(leaves).collect(),
-        triangle_ids: Vec::new(),
-        arity,
-    }
+    Bvh { nodes: std::iter::once(root).chain(leaves).collect(), triangle_ids: Vec::new(), arity }
 }
 
 fn count(bvh: &Bvh, ray: &Ray, tie_slip: bool) -> (u64, u64) {
-    let options = FirstLeafOptions {
-        tie_slip,
-        ..FirstLeafOptions::default()
-    };
+    let options = FirstLeafOptions { tie_slip, ..FirstLeafOptions::default() };
     let mut work = TraceCounters::default();
-    assert_eq!(
-        first_leaf(bvh, &[], ray, options, &mut Scratch::default(), &mut work),
-        None
-    );
+    assert_eq!(first_leaf(bvh, &[], ray, options, &mut Scratch::default(), &mut work), None);
     (work.nodes, work.box_tests)
 }
 
@@ -43,15 +33,9 @@ fn a_ray_that_misses_everything_costs_one_node() {
         for info in KERNELS {
             for query in [Query::Closest, Query::Any] {
                 let mut work = TraceCounters::default();
-                let hit = info
-                    .kernel
-                    .trace(query, &bvh, &triangles, &away, &mut Scratch::default(), &mut work);
+                let hit = info.kernel.trace(query, &bvh, &triangles, &away, &mut Scratch::default(), &mut work);
                 assert_eq!(hit, None);
-                let expected = TraceCounters {
-                    nodes: 1,
-                    box_tests: arity as u64,
-                    triangle_tests: 0,
-                };
+                let expected = TraceCounters { nodes: 1, box_tests: arity as u64, triangle_tests: 0 };
                 assert_eq!(work, expected, "{}", info.id);
             }
         }
@@ -64,10 +48,7 @@ fn rays_that_are_no_rays_miss_without_any_work() {
     let bvh = median_split(&triangles, 4);
     // Not from the centre: `first-leaf` takes boxes that end there, entered at exactly 0, as missed.
     let fine = Ray::new(Vec3::new(0.1, 0.2, 0.3), Vec3::new(1.0, 0.1, 0.2));
-    let mut bad = vec![
-        Ray::new(Vec3::ZERO, Vec3::ZERO),
-        Ray::new(Vec3::ZERO, Vec3::new(-0.0, 0.0, -0.0)),
-    ];
+    let mut bad = vec![Ray::new(Vec3::ZERO, Vec3::ZERO), Ray::new(Vec3::ZERO, Vec3::new(-0.0, 0.0, -0.0))];
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for axis in 0..3 {
             let (mut a, mut b) = (fine, fine);
@@ -77,34 +58,19 @@ fn rays_that_are_no_rays_miss_without_any_work() {
         }
     }
     bad.extend([
-        Ray {
-            t_min: f32::NAN,
-            ..fine
-        },
-        Ray {
-            t_max: f32::NAN,
-            ..fine
-        },
-        Ray {
-            t_min: 2.0,
-            t_max: 1.0,
-            ..fine
-        },
+        Ray { t_min: f32::NAN, ..fine },
+        Ray { t_max: f32::NAN, ..fine },
+        Ray { t_min: 2.0, t_max: 1.0, ..fine },
     ]);
     for info in KERNELS {
         for query in [Query::Closest, Query::Any] {
             let mut work = TraceCounters::default();
-            let mut trace = |ray: &Ray| {
-                info.kernel
-                    .trace(query, &bvh, &triangles, ray, &mut Scratch::default(), &mut work)
-            };
+            let mut trace =
+                |ray: &Ray| info.kernel.trace(query, &bvh, &triangles, ray, &mut Scratch::default(), &mut work);
             for ray in &bad {
                 assert_eq!(trace(ray), None, "{} {ray:?}", info.id);
             }
-            let endless = Ray {
-                t_min: f32::NEG_INFINITY,
-                ..fine
-            };
+            let endless = Ray { t_min: f32::NEG_INFINITY, ..fine };
             assert!(trace(&fine).is_some(), "{}", info.id);
             assert!(trace(&endless).is_some(), "{}", info.id);
             assert!(work.nodes > 0);
@@ -113,14 +79,7 @@ fn rays_that_are_no_rays_miss_without_any_work() {
     let mut work = TraceCounters::default();
     bad.iter().for_each(|ray| {
         closest_hit::<WatertightRay, _>(&bvh, &triangles, ray, &mut Scratch::default(), &mut work);
-        first_leaf(
-            &bvh,
-            &triangles,
-            ray,
-            FirstLeafOptions::default(),
-            &mut Scratch::default(),
-            &mut work,
-        );
+        first_leaf(&bvh, &triangles, ray, FirstLeafOptions::default(), &mut Scratch::default(), &mut work);
     });
     assert_eq!(work, TraceCounters::default());
 }
@@ -149,14 +108,8 @@ fn the_tie_slip_enters_child_0_again_and_ends() {
     assert_eq!(count(&fan(8, &tied), &ALONG_X, true), (1 + 3 + 3, 4));
     assert_eq!(count(&fan(3, &tied), &ALONG_X, true), (1 + 4, 4));
     // Child 0 not hit, or with the same exit: nothing slips.
-    assert_eq!(
-        count(&fan(4, &[(-9.0, -8.0), tied[1], tied[2], tied[3]]), &ALONG_X, true),
-        (1 + 3, 4)
-    );
-    assert_eq!(
-        count(&fan(4, &[(1.0, 5.0), tied[1], tied[2], tied[3]]), &ALONG_X, true),
-        (1 + 4, 4)
-    );
+    assert_eq!(count(&fan(4, &[(-9.0, -8.0), tied[1], tied[2], tied[3]]), &ALONG_X, true), (1 + 3, 4));
+    assert_eq!(count(&fan(4, &[(1.0, 5.0), tied[1], tied[2], tied[3]]), &ALONG_X, true), (1 + 4, 4));
     // All four tie: the rule asks for fewer than the arity. After the first visit three are left, and child 0, already
     // visited, has the smallest exit: entered again at counters 3 and 2.
     let all = [(0.0, 1.0), (0.0, 2.0), (0.0, 3.0), (0.0, 4.0)];
@@ -168,20 +121,14 @@ fn the_tie_slip_enters_child_0_again_and_ends() {
 fn the_linear_lookup_changes_no_result() {
     let triangles = grid_soup(3, 100);
     let mut random = Random(4);
-    let linear_lookup = FirstLeafOptions {
-        linear_lookup: true,
-        ..FirstLeafOptions::default()
-    };
+    let linear_lookup = FirstLeafOptions { linear_lookup: true, ..FirstLeafOptions::default() };
     for arity in [2, 4, 8] {
         let bvh = median_split(&triangles, arity);
         for _ in 0..500 {
             let ray = grid_ray(&mut random);
             let trace = |options| {
                 let mut work = TraceCounters::default();
-                (
-                    first_leaf(&bvh, &triangles, &ray, options, &mut Scratch::default(), &mut work),
-                    work,
-                )
+                (first_leaf(&bvh, &triangles, &ray, options, &mut Scratch::default(), &mut work), work)
             };
             assert_eq!(trace(FirstLeafOptions::default()), trace(linear_lookup));
         }
@@ -204,14 +151,7 @@ fn first_leaf_is_not_the_closest_hit_where_boxes_overlap() {
         arity: 2,
     };
     let mut scratch = Scratch::default();
-    let published = first_leaf(
-        &bvh,
-        &triangles,
-        &ALONG_X,
-        FirstLeafOptions::default(),
-        &mut scratch,
-        &mut (),
-    );
+    let published = first_leaf(&bvh, &triangles, &ALONG_X, FirstLeafOptions::default(), &mut scratch, &mut ());
     assert_eq!(published, Some(Hit { triangle: 0, t: 6.0 }));
     let exact = closest_hit::<WatertightRay, ()>(&bvh, &triangles, &ALONG_X, &mut scratch, &mut ());
     assert_eq!(exact, Some(Hit { triangle: 1, t: 3.0 }));
@@ -247,11 +187,7 @@ fn recursive(bvh: &Bvh, triangles: &[Triangle], ray: &Ray, node: usize, nodes: &
         let mut hits: Vec<_> = bvh
             .leaf_triangles(node)
             .iter()
-            .filter_map(|&id| {
-                triangles[id as usize]
-                    .intersect_published(ray)
-                    .map(|t| Hit { triangle: id, t })
-            })
+            .filter_map(|&id| triangles[id as usize].intersect_published(ray).map(|t| Hit { triangle: id, t }))
             .collect();
         hits.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)));
         return hits.first().copied();
@@ -274,30 +210,19 @@ fn recursive(bvh: &Bvh, triangles: &[Triangle], ray: &Ray, node: usize, nodes: &
         }
     }
     order.sort_by(|a, b| a.partial_cmp(b).expect("no NaN"));
-    order
-        .iter()
-        .find_map(|&(.., child)| recursive(bvh, triangles, ray, child, nodes))
+    order.iter().find_map(|&(.., child)| recursive(bvh, triangles, ray, child, nodes))
 }
 
 #[test]
 fn frames_and_recursion_agree() {
-    let options = FirstLeafOptions {
-        tie_slip: false,
-        ..FirstLeafOptions::default()
-    };
+    let options = FirstLeafOptions { tie_slip: false, ..FirstLeafOptions::default() };
     let mut random = Random(9);
     for seed in 0..10 {
         let (grid, soup) = (grid_soup(seed, 150), crate::bvh::testing::soup(seed, 150, 0.3));
         for arity in [2, 4, 8] {
             for triangles in [&grid, &soup] {
                 let bvh = median_split(triangles, arity);
-                for ray in (0..200).map(|i| {
-                    if i % 2 == 0 {
-                        any_ray(&mut random)
-                    } else {
-                        grid_ray(&mut random)
-                    }
-                }) {
+                for ray in (0..200).map(|i| if i % 2 == 0 { any_ray(&mut random) } else { grid_ray(&mut random) }) {
                     if !ray.is_traceable() {
                         continue;
                     }
@@ -322,27 +247,12 @@ fn a_chain_of_a_million_levels_is_traced() {
     for level in 0..DEPTH {
         let next = nodes.len() + 2;
         nodes.push(Node::leaf(Aabb::EMPTY, 0, 0));
-        nodes.push(if level + 1 < DEPTH {
-            Node::inner(aabb, next, 2)
-        } else {
-            Node::leaf(aabb, 0, 1)
-        });
+        nodes.push(if level + 1 < DEPTH { Node::inner(aabb, next, 2) } else { Node::leaf(aabb, 0, 1) });
     }
-    let bvh = Bvh {
-        nodes,
-        triangle_ids: vec![0],
-        arity: 2,
-    };
+    let bvh = Bvh { nodes, triangle_ids: vec![0], arity: 2 };
     let ray = Ray::new(Vec3::new(-1.0, 0.25, 0.25), Vec3::X);
     for info in KERNELS {
-        let hit = info.kernel.trace(
-            Query::Closest,
-            &bvh,
-            &[triangle],
-            &ray,
-            &mut Scratch::default(),
-            &mut (),
-        );
+        let hit = info.kernel.trace(Query::Closest, &bvh, &[triangle], &ray, &mut Scratch::default(), &mut ());
         assert_eq!(hit, Some(Hit { triangle: 0, t: 1.0 }), "{}", info.id);
     }
 }

@@ -12,10 +12,7 @@ use crate::trace::{
 };
 use glam::Vec3;
 
-const PUBLISHED: Reading = Reading::Published(FirstLeafOptions {
-    tie_slip: true,
-    linear_lookup: false,
-});
+const PUBLISHED: Reading = Reading::Published(FirstLeafOptions { tie_slip: true, linear_lookup: false });
 
 struct Study {
     scene: Scene,
@@ -26,11 +23,7 @@ struct Study {
 impl Study {
     fn new(scene: &str, make: impl Fn(&Scene) -> Bvh) -> Self {
         let scene = Scene::load(scene).unwrap();
-        Self {
-            normals: smooth_normals(&scene),
-            bvh: make(&scene),
-            scene,
-        }
+        Self { normals: smooth_normals(&scene), bvh: make(&scene), scene }
     }
 
     fn view(&self) -> StudyView<'_> {
@@ -50,10 +43,7 @@ impl Study {
 /// The thesis' own trees, by the literal engine.
 fn thesis_tree(id: &'static str, arity: usize) -> impl Fn(&Scene) -> Bvh {
     move |scene| {
-        let options = BuildOptions {
-            arity,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions { arity, ..BuildOptions::default() };
         let builder = build::find(id).unwrap();
         (builder.counted)(&scene.boxes(), &options, &mut Counters::default()).unwrap()
     }
@@ -85,10 +75,7 @@ fn nodes_per_pixel_are_those_of_the_thesis() {
     for (arity, printed) in [(2, 4.85), (4, 3.05)] {
         let study = Study::new("thesis:tiny", thesis_tree("top-down", arity));
         let nodes = nodes_per_pixel(&study.counts(Lighting::Primary, PUBLISHED));
-        assert!(
-            (nodes / printed - 1.0).abs() < 0.04,
-            "arity {arity}: {nodes}, not {printed}"
-        );
+        assert!((nodes / printed - 1.0).abs() < 0.04, "arity {arity}: {nodes}, not {printed}");
         if arity == 2 {
             // An independent replay of builder and tracer (f64 costs, lowest-id ties) gives 4.990722222.
             assert_eq!((nodes * 90_000.0).round(), 449_165.0);
@@ -101,20 +88,13 @@ fn published_secondary_rays_start_outside_and_visit_the_root_only() {
     let study = Study::new("thesis:tiny", thesis_tree("top-down", 2));
     let primary = study.counts(Lighting::Primary, PUBLISHED);
     assert_eq!(primary.rays, 90_000);
-    assert!(
-        (0.36..0.38).contains(&(primary.hits as f64 / 90_000.0)),
-        "{}",
-        primary.hits
-    );
+    assert!((0.36..0.38).contains(&(primary.hits as f64 / 90_000.0)), "{}", primary.hits);
     for lighting in [Lighting::Reflection, Lighting::Opacity] {
         let more = study.counts(lighting, PUBLISHED);
         assert_eq!(more.hits, primary.hits);
         let added = more.nodes - primary.nodes;
         // One node for nearly every secondary ray.
-        assert!(
-            (more.rays - primary.rays) <= added && added < primary.hits * 5 / 4,
-            "{lighting:?} {added}"
-        );
+        assert!((more.rays - primary.rays) <= added && added < primary.hits * 5 / 4, "{lighting:?} {added}");
     }
 }
 
@@ -134,13 +114,7 @@ fn secondary_rays_that_start_where_they_should_meet_the_scene() {
 fn walls(at: &[f32]) -> (Vec<Triangle>, Vec<[Vec3; 3]>, Bvh, PublishedCamera) {
     let triangles: Vec<_> = at
         .iter()
-        .map(|&x| {
-            Triangle::new(
-                Vec3::new(x, -99.0, -99.0),
-                Vec3::new(x, 199.0, -99.0),
-                Vec3::new(x, -99.0, 199.0),
-            )
-        })
+        .map(|&x| Triangle::new(Vec3::new(x, -99.0, -99.0), Vec3::new(x, 199.0, -99.0), Vec3::new(x, -99.0, 199.0)))
         .collect();
     let ids: Vec<u32> = (0..at.len() as u32).collect();
     let bvh = Bvh {
@@ -152,12 +126,7 @@ fn walls(at: &[f32]) -> (Vec<Triangle>, Vec<[Vec3; 3]>, Bvh, PublishedCamera) {
         triangle_ids: ids,
         arity: 2,
     };
-    let camera = Camera {
-        eye: Vec3::new(10.0, 0.0, 0.0),
-        look_at: Vec3::ZERO,
-        up: Vec3::Y,
-        fov_degrees: 30.0,
-    };
+    let camera = Camera { eye: Vec3::new(10.0, 0.0, 0.0), look_at: Vec3::ZERO, up: Vec3::Y, fov_degrees: 30.0 };
     let normals = vec![[Vec3::X; 3]; at.len()];
     (triangles, normals, bvh, PublishedCamera::new(&camera, 8, 8))
 }
@@ -165,12 +134,7 @@ fn walls(at: &[f32]) -> (Vec<Triangle>, Vec<[Vec3; 3]>, Bvh, PublishedCamera) {
 #[test]
 fn see_through_chains_are_as_long_as_there_are_walls() {
     let (triangles, normals, bvh, camera) = walls(&[1.0, 2.0, 2.5, 2.5, 7.0]);
-    let view = StudyView {
-        bvh: &bvh,
-        triangles: &triangles,
-        normals: &normals,
-        camera,
-    };
+    let view = StudyView { bvh: &bvh, triangles: &triangles, normals: &normals, camera };
     let text = trace_image(&view, Lighting::Opacity, Reading::Text);
     // Four distances (two walls coincide), five rays.
     assert_eq!((text.pixels, text.hits, text.rays, text.cut), (64, 64, 5 * 64, 0));
@@ -183,12 +147,7 @@ fn published_chains_are_cut_and_counted() {
     // From the wall at x = −3 the eye at 10 is 13 away: the next ray starts at direction · 13 = −13 and looks further
     // down, so a wall at −27 (14 on) sends it back to −14, and for ever from there: hit 13 on, start at −13, hit …
     let (triangles, normals, bvh, camera) = walls(&[-3.0, -27.0]);
-    let view = StudyView {
-        bvh: &bvh,
-        triangles: &triangles,
-        normals: &normals,
-        camera,
-    };
+    let view = StudyView { bvh: &bvh, triangles: &triangles, normals: &normals, camera };
     let counts = trace_image(&view, Lighting::Opacity, PUBLISHED);
     assert_eq!((counts.hits, counts.cut, counts.rays), (64, 64, 64 * 101));
     let mirrored = trace_image(&view, Lighting::Reflection, PUBLISHED);

@@ -21,10 +21,8 @@ fn written(bvh: &Bvh, index: usize) -> String {
 
 /// All pairs with their keys (distance, first id, second id), sorted anew at every step.
 fn specified(boxes: &[Aabb], distance: Distance) -> String {
-    let mut live: Vec<(Vec<u32>, Aabb, String)> = (0..)
-        .zip(boxes)
-        .map(|(id, b): (u32, _)| (vec![id], *b, format!("[{id}]")))
-        .collect();
+    let mut live: Vec<(Vec<u32>, Aabb, String)> =
+        (0..).zip(boxes).map(|(id, b): (u32, _)| (vec![id], *b, format!("[{id}]"))).collect();
     let far = |a: &Aabb, b: &Aabb| match distance {
         Distance::Centres => {
             let d = a.centre().as_vec3().as_dvec3() - b.centre().as_vec3().as_dvec3();
@@ -46,11 +44,7 @@ fn specified(boxes: &[Aabb], distance: Distance) -> String {
         let (a, b) = (live[i].clone(), live[j].clone());
         let mut ids = [a.0, b.0].concat();
         ids.sort();
-        let text = if ids.len() <= 4 {
-            format!("{ids:?}")
-        } else {
-            format!("({} {})", a.2, b.2)
-        };
+        let text = if ids.len() <= 4 { format!("{ids:?}") } else { format!("({} {})", a.2, b.2) };
         live[i] = (ids, a.1.union(&b.1), text);
         live.remove(j);
     }
@@ -78,19 +72,14 @@ proptest! {
 fn centre_distance_and_union_area_can_disagree() {
     // Three of each: a large box, a small one near its centre, and a small one a little farther off.
     let cube = |x: f32, half: f32| Aabb::new(Vec3::new(x - half, -half, -half), Vec3::new(x + half, half, half));
-    let all: Vec<Aabb> = [cube(0.0, 50.0), cube(1.0, 0.5), cube(3.0, 0.5)]
-        .into_iter()
-        .flat_map(|b| [b; 3])
-        .collect();
+    let all: Vec<Aabb> = [cube(0.0, 50.0), cube(1.0, 0.5), cube(3.0, 0.5)].into_iter().flat_map(|b| [b; 3]).collect();
     let hash = |d| tree_hash(&build(&all, d, &mut ()).unwrap());
     assert_ne!(hash(Distance::Centres), hash(Distance::UnionArea));
 }
 
 #[test]
 fn a_stopped_build_says_how_many_clusters_were_left() {
-    let boxes: Vec<Aabb> = (0..600)
-        .map(|i| Aabb::new(Vec3::splat(i as f32), Vec3::splat(i as f32 + 0.5)))
-        .collect();
+    let boxes: Vec<Aabb> = (0..600).map(|i| Aabb::new(Vec3::splat(i as f32), Vec3::splat(i as f32 + 0.5))).collect();
     let mut brake = Brake::new(Some(std::time::Instant::now()));
     let Err(BuildError::Stopped(left)) = build(&boxes, Distance::Centres, &mut brake) else {
         panic!("a deadline in the past stops the build");

@@ -33,17 +33,11 @@ fn specified(boxes: &[Aabb]) -> Option<Vec<[u32; 2]>> {
     };
     let nearest = |live: &[(u32, Aabb)], to: (u32, Aabb)| {
         let mut others: Vec<_> = live.iter().filter(|c| c.0 != to.0).copied().collect();
-        others.sort_by(|a, b| {
-            distance(&a.1, &to.1)
-                .total_cmp(&distance(&b.1, &to.1))
-                .then(a.0.cmp(&b.0))
-        });
+        others.sort_by(|a, b| distance(&a.1, &to.1).total_cmp(&distance(&b.1, &to.1)).then(a.0.cmp(&b.0)));
         others[0]
     };
     let origin = Aabb::new(Vec3::ZERO, Vec3::ZERO);
-    let mut a = *live
-        .iter()
-        .min_by(|a, b| distance(&a.1, &origin).total_cmp(&distance(&b.1, &origin)))?;
+    let mut a = *live.iter().min_by(|a, b| distance(&a.1, &origin).total_cmp(&distance(&b.1, &origin)))?;
     let mut merges = Vec::new();
     if live.len() == 1 {
         return Some(merges);
@@ -113,9 +107,7 @@ fn small_clusters_become_leaves_and_large_ones_parents() {
 
 #[test]
 fn distances_scanned_are_counted_where_they_are_scanned() {
-    let boxes: Vec<Aabb> = (0..3)
-        .map(|i| Aabb::new(Vec3::splat(i as f32), Vec3::splat(i as f32 + 0.5)))
-        .collect();
+    let boxes: Vec<Aabb> = (0..3).map(|i| Aabb::new(Vec3::splat(i as f32), Vec3::splat(i as f32 + 0.5))).collect();
     let mut counters = Counters::default();
     build(&boxes, &mut counters, &mut ()).unwrap();
     // Nearest of 0 (3 scanned), of 1 (3): mutual, merged; nearest of {0,1} (2), of 2 (2): mutual, merged.

@@ -56,12 +56,7 @@ fn specified(boxes: &[Aabb], order: &mut [u32], start: usize, n: usize, p: &Publ
         Some((_, axis, choice)) => {
             sort(order, axis);
             let children = ranges(&choice, n);
-            Spec::Inner(
-                children
-                    .into_iter()
-                    .map(|(a, b)| specified(boxes, order, start + a, b - a, p))
-                    .collect(),
-            )
+            Spec::Inner(children.into_iter().map(|(a, b)| specified(boxes, order, start + a, b - a, p)).collect())
         }
         None if !p.q8 || start == 0 => {
             Spec::Inner((start..start + n).map(|start| Spec::Leaf { start, n: 1 }).collect())
@@ -106,10 +101,7 @@ fn same(spec: &Spec, order: &[u32], bvh: &Bvh, index: usize) -> bool {
         }
         Spec::Inner(children) => {
             children.len() == bvh.children(index).len()
-                && children
-                    .iter()
-                    .zip(bvh.children(index))
-                    .all(|(spec, child)| same(spec, order, bvh, child))
+                && children.iter().zip(bvh.children(index)).all(|(spec, child)| same(spec, order, bvh, child))
         }
     }
 }
@@ -166,9 +158,7 @@ proptest! {
 
 /// A row of unit cubes; cube i spans i … i + 1 on x.
 fn row(n: usize) -> Vec<Aabb> {
-    (0..n)
-        .map(|i| Aabb::new(Vec3::new(i as f32, 0.0, 0.0), Vec3::new(i as f32 + 1.0, 1.0, 1.0)))
-        .collect()
+    (0..n).map(|i| Aabb::new(Vec3::new(i as f32, 0.0, 0.0), Vec3::new(i as f32 + 1.0, 1.0, 1.0))).collect()
 }
 
 #[test]
@@ -186,22 +176,12 @@ fn rule_q8_at_the_start_makes_leaves_of_one_and_is_counted() {
 fn rule_q8_reaches_back_into_its_left_neighbour() {
     // Two far clusters of four and seven, among eight candidates: the second becomes a node of seven at slot 4.
     let mut boxes = row(4);
-    boxes.extend(
-        row(7)
-            .iter()
-            .map(|b| Aabb::new(b.min + Vec3::X * 1e3, b.max + Vec3::X * 1e3)),
-    );
-    let p = Published {
-        arity: 8,
-        candidates: 8,
-        q8: true,
-    };
+    boxes.extend(row(7).iter().map(|b| Aabb::new(b.min + Vec3::X * 1e3, b.max + Vec3::X * 1e3)));
+    let p = Published { arity: 8, candidates: 8, q8: true };
     let mut counters = Counters::default();
     let bvh = build(&boxes, &p, &mut counters).unwrap();
     let q8 = counters.get(Work::Q8Nodes);
-    let empty = (0..bvh.nodes.len())
-        .filter(|&i| bvh.nodes[i].is_leaf() && bvh.nodes[i].count() == 0)
-        .count();
+    let empty = (0..bvh.nodes.len()).filter(|&i| bvh.nodes[i].is_leaf() && bvh.nodes[i].count() == 0).count();
     assert_eq!(empty as u64, 7 * q8);
     check(&boxes, &p);
 }
@@ -220,26 +200,9 @@ fn a_stopped_build_says_what_was_left() {
 
 #[test]
 fn bad_parameters_and_boxes_are_refused() {
-    let refused = |arity, candidates| {
-        build(
-            &row(9),
-            &Published {
-                arity,
-                candidates,
-                q8: true,
-            },
-            &mut (),
-        )
-        .is_err()
-    };
+    let refused = |arity, candidates| build(&row(9), &Published { arity, candidates, q8: true }, &mut ()).is_err();
     assert!(refused(1, 100) && refused(9, 100) && refused(4, 3));
-    assert_eq!(
-        build(&[], &Published::at_arity(2), &mut ()),
-        Err(BuildError::NoTriangles)
-    );
+    assert_eq!(build(&[], &Published::at_arity(2), &mut ()), Err(BuildError::NoTriangles));
     let nan = [Aabb::new(Vec3::NAN, Vec3::ONE)];
-    assert_eq!(
-        build(&nan, &Published::at_arity(2), &mut ()),
-        Err(BuildError::InvalidBox(0))
-    );
+    assert_eq!(build(&nan, &Published::at_arity(2), &mut ()), Err(BuildError::InvalidBox(0)));
 }

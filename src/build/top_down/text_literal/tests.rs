@@ -57,20 +57,11 @@ fn specified(boxes: &[Aabb], ids: Vec<u32>, p: &Text, combinations: &mut u64) ->
             }
         }
         if let Some((_, children)) = best {
-            return Spec::Inner(
-                children
-                    .into_iter()
-                    .map(|c| specified(boxes, c, p, combinations))
-                    .collect(),
-            );
+            return Spec::Inner(children.into_iter().map(|c| specified(boxes, c, p, combinations)).collect());
         }
     }
     let (a, b) = ids.split_at(ids.len() / 2);
-    Spec::Inner(
-        [a, b]
-            .map(|half| specified(boxes, half.to_vec(), p, combinations))
-            .into(),
-    )
+    Spec::Inner([a, b].map(|half| specified(boxes, half.to_vec(), p, combinations)).into())
 }
 
 fn same(spec: &Spec, bvh: &Bvh, index: usize) -> bool {
@@ -78,10 +69,7 @@ fn same(spec: &Spec, bvh: &Bvh, index: usize) -> bool {
         Spec::Leaf(ids) => bvh.nodes[index].is_leaf() && bvh.leaf_triangles(index) == ids,
         Spec::Inner(children) => {
             children.len() == bvh.children(index).len()
-                && children
-                    .iter()
-                    .zip(bvh.children(index))
-                    .all(|(spec, child)| same(spec, bvh, child))
+                && children.iter().zip(bvh.children(index)).all(|(spec, child)| same(spec, bvh, child))
         }
     }
 }
@@ -159,9 +147,7 @@ fn moving_and_doubling_the_scene_changes_no_split() {
 
 #[test]
 fn a_stopped_build_says_what_was_left() {
-    let boxes: Vec<Aabb> = (0..500)
-        .map(|i| Aabb::new(Vec3::splat(i as f32), Vec3::splat(i as f32 + 1.0)))
-        .collect();
+    let boxes: Vec<Aabb> = (0..500).map(|i| Aabb::new(Vec3::splat(i as f32), Vec3::splat(i as f32 + 1.0))).collect();
     let mut brake = Brake::new(Some(std::time::Instant::now()));
     let Err(BuildError::Stopped(left)) = build(&boxes, &Text::at_arity(8), &mut brake) else {
         panic!("a deadline in the past stops the build");

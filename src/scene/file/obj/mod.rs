@@ -24,9 +24,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Parts, SceneError> {
     for (line, name) in &file.materials {
         if !library.has(name) {
             let name = name.escape_debug();
-            warnings.push(format!(
-                "line {line}: material '{name}' is not defined; the default material is used"
-            ));
+            warnings.push(format!("line {line}: material '{name}' is not defined; the default material is used"));
         }
     }
     let models = parse(&file, &library).map_err(|error| malformed(path, None, format!("tobj refuses it: {error}")))?;
@@ -36,10 +34,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Parts, SceneError> {
         objects: Vec::new(),
         materials,
         material_ids: Vec::new(),
-        dropped: Dropped {
-            not_finite: 0,
-            points_and_lines: file.points_and_lines,
-        },
+        dropped: Dropped { not_finite: 0, points_and_lines: file.points_and_lines },
         warnings,
     };
     // A change of material starts a new model of the same object; objects are numbered in the rewriting, so that
@@ -56,10 +51,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Parts, SceneError> {
         parts.material_ids.resize(end, id.copied().unwrap_or(0));
         match parts.objects.last_mut() {
             Some(object) if current == Some(&model.name) => object.triangles.end = end,
-            _ => parts.objects.push(Object {
-                name: file.object_name(&model.name),
-                triangles: start..end,
-            }),
+            _ => parts.objects.push(Object { name: file.object_name(&model.name), triangles: start..end }),
         }
         current = Some(&model.name);
     }
@@ -68,11 +60,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Parts, SceneError> {
 
 /// Has `tobj` parse the rewriting: the vertices first, so that faces may stand before theirs.
 fn parse(file: &repair::Repaired, library: &Library) -> Result<Vec<tobj::Model>, tobj::LoadError> {
-    let options = tobj::LoadOptions {
-        single_index: true,
-        triangulate: false,
-        ..Default::default()
-    };
+    let options = tobj::LoadOptions { single_index: true, triangulate: false, ..Default::default() };
     let vertices = file.vertices.as_bytes().chain(b"mtllib all\n".as_slice());
     let mut reader = vertices.chain(file.elements.as_bytes());
     let (models, _) = tobj::load_obj_buf(&mut reader, &options, |_| {

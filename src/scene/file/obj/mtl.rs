@@ -21,10 +21,7 @@ pub(super) struct Library {
 impl Library {
     /// Reads what the `mtllib` lines of the OBJ file at `obj` name; later definitions replace earlier ones.
     pub(super) fn load(obj: &Path, names: &[(usize, String)], warnings: &mut Vec<String>) -> Self {
-        let mut library = Self {
-            materials: Vec::new(),
-            index: HashMap::new(),
-        };
+        let mut library = Self { materials: Vec::new(), index: HashMap::new() };
         let mut seen = Vec::new();
         for (line, argument) in names {
             for path in find(obj, argument) {
@@ -87,9 +84,7 @@ impl Library {
             .collect();
         if homeless > 0 {
             let most = materials.len();
-            warnings.push(format!(
-                "more than {most} materials; the last {homeless} are taken for the default"
-            ));
+            warnings.push(format!("more than {most} materials; the last {homeless} are taken for the default"));
         }
         (materials, ids)
     }
@@ -102,11 +97,7 @@ fn find(obj: &Path, argument: &str) -> Vec<PathBuf> {
     let resolve = |name: &str| {
         let plain = folder.join(name);
         let slashed = folder.join(name.replace('\\', "/"));
-        if !plain.is_file() && slashed.is_file() {
-            slashed
-        } else {
-            plain
-        }
+        if !plain.is_file() && slashed.is_file() { slashed } else { plain }
     };
     let whole = resolve(argument);
     if whole.is_file() {
@@ -114,10 +105,7 @@ fn find(obj: &Path, argument: &str) -> Vec<PathBuf> {
     }
     const SPACE: &str = "\u{0}";
     let escaped = argument.replace("\\ ", SPACE);
-    escaped
-        .split_whitespace()
-        .map(|word| resolve(&word.replace(SPACE, " ")))
-        .collect()
+    escaped.split_whitespace().map(|word| resolve(&word.replace(SPACE, " "))).collect()
 }
 
 /// A statement as `tobj` takes it without fail; none where it says nothing a scene needs.
@@ -167,10 +155,7 @@ fn convert(source: &tobj::Material) -> Material {
     let colour = |value: Option<[f32; 3]>, otherwise| value.map_or(otherwise, Vec3::from);
     let transparency = source.unknown_param.get("Tr").and_then(|tr| tr.parse::<f32>().ok());
     // Where both are given, d counts.
-    let opacity = source
-        .dissolve
-        .or(transparency.map(|tr| 1.0 - tr))
-        .unwrap_or(default.opacity);
+    let opacity = source.dissolve.or(transparency.map(|tr| 1.0 - tr)).unwrap_or(default.opacity);
     Material {
         name: source.name.clone(),
         diffuse: colour(source.diffuse, default.diffuse),

@@ -15,11 +15,7 @@ const MOST_CLIPPED: usize = 2048;
 pub(super) fn triangulate(corners: &[Vec3], mut emit: impl FnMut(Triangle)) {
     let mut push = |a: usize, b: usize, c: usize| emit(Triangle::new(corners[a], corners[b], corners[c]));
     let finite = corners.iter().all(|corner| corner.is_finite());
-    let outline = if corners.len() > 3 && finite {
-        flattened(corners)
-    } else {
-        Vec::new()
-    };
+    let outline = if corners.len() > 3 && finite { flattened(corners) } else { Vec::new() };
     let folded = (1..outline.len().saturating_sub(1)).any(|i| turn(outline[0], outline[i], outline[i + 1]) < 0.0);
     if folded && outline.len() <= MOST_CLIPPED {
         clip(&outline, push);
@@ -97,29 +93,17 @@ mod tests {
     /// The area by the shoelace formula, which needs no triangles.
     fn shoelace(corners: &[Vec3]) -> f64 {
         let next = corners.iter().cycle().skip(1);
-        let sum: DVec3 = corners
-            .iter()
-            .zip(next)
-            .map(|(a, b)| a.as_dvec3().cross(b.as_dvec3()))
-            .sum();
+        let sum: DVec3 = corners.iter().zip(next).map(|(a, b)| a.as_dvec3().cross(b.as_dvec3())).sum();
         let normal = sum.normalize();
         let moved = |p: &Vec3| (*p - corners[0]).as_dvec3();
         let next = corners.iter().cycle().skip(1);
-        corners
-            .iter()
-            .zip(next)
-            .map(|(a, b)| moved(a).cross(moved(b)).dot(normal))
-            .sum::<f64>()
-            .abs()
-            / 2.0
+        corners.iter().zip(next).map(|(a, b)| moved(a).cross(moved(b)).dot(normal)).sum::<f64>().abs() / 2.0
     }
 
     #[test]
     fn a_convex_polygon_is_a_fan() {
         let square = flat(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]);
-        let expected = [[0, 1, 2], [0, 2, 3]].map(|t| Triangle {
-            v: t.map(|i| square[i]),
-        });
+        let expected = [[0, 1, 2], [0, 2, 3]].map(|t| Triangle { v: t.map(|i| square[i]) });
         assert_eq!(cut(&square), expected);
     }
 
@@ -155,24 +139,13 @@ mod tests {
             (4., 1.),
             (0., 1.),
         ]);
-        let with_hole = flat(&[
-            (0., 0.),
-            (4., 0.),
-            (4., 4.),
-            (0., 4.),
-            (0., 0.),
-            (1., 1.),
-            (1., 3.),
-            (3., 3.),
-            (3., 1.),
-            (1., 1.),
-        ]);
+        let with_hole =
+            flat(&[(0., 0.), (4., 0.), (4., 4.), (0., 4.), (0., 0.), (1., 1.), (1., 3.), (3., 3.), (3., 1.), (1., 1.)]);
         for outline in [arrow, arrow_from_side, comb, spiral, with_hole] {
             for turned in [false, true] {
                 for start in 0..outline.len() {
-                    let mut corners: Vec<_> = (0..outline.len())
-                        .map(|i| outline[(start + i) % outline.len()])
-                        .collect();
+                    let mut corners: Vec<_> =
+                        (0..outline.len()).map(|i| outline[(start + i) % outline.len()]).collect();
                     if turned {
                         corners.reverse();
                     }

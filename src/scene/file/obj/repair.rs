@@ -30,9 +30,7 @@ impl Repaired {
     /// The name of the object that the rewriting numbers so.
     pub(super) fn object_name(&self, number: &str) -> String {
         let index = number.parse::<usize>().ok();
-        index
-            .and_then(|index| self.objects.get(index))
-            .map_or_else(|| number.to_owned(), Clone::clone)
+        index.and_then(|index| self.objects.get(index)).map_or_else(|| number.to_owned(), Clone::clone)
     }
 }
 
@@ -70,15 +68,10 @@ pub(super) fn repair(text: &str) -> Result<Repaired, Fault> {
         }
     }
     if state.highest.0 > state.vertices {
-        return Err(out_of_range(
-            state.highest.1,
-            &state.highest.0.to_string(),
-            state.vertices,
-        ));
+        return Err(out_of_range(state.highest.1, &state.highest.0.to_string(), state.vertices));
     }
     if state.free_form > 0 {
-        file.warnings
-            .push(format!("{} free-form curves or surfaces are ignored", state.free_form));
+        file.warnings.push(format!("{} free-form curves or surfaces are ignored", state.free_form));
     }
     Ok(file)
 }
@@ -99,10 +92,9 @@ impl State {
         let mut coordinates = line.words();
         file.vertices.push('v');
         for _ in 0..3 {
-            let word = coordinates.next().ok_or_else(|| Fault {
-                line: line.number,
-                reason: "a vertex needs three numbers".into(),
-            })?;
+            let word = coordinates
+                .next()
+                .ok_or_else(|| Fault { line: line.number, reason: "a vertex needs three numbers".into() })?;
             word.parse::<f32>().map_err(|_| Fault {
                 line: line.number,
                 reason: format!("'{}' is not a number", word.escape_debug()),
@@ -118,10 +110,7 @@ impl State {
     fn face(&mut self, line: &Line<'_>, file: &mut Repaired) -> Result<(), Fault> {
         let count = line.words().count();
         if count == 0 {
-            return Err(Fault {
-                line: line.number,
-                reason: "a face without vertices".into(),
-            });
+            return Err(Fault { line: line.number, reason: "a face without vertices".into() });
         }
         let is_polygon = count > 2;
         if !is_polygon {
@@ -150,15 +139,10 @@ impl State {
     /// The absolute vertex index, from 1, of a corner such as `7`, `-1` or `7/1/3`.
     fn index(&mut self, corner: &str, line: usize) -> Result<u64, Fault> {
         let word = corner.split('/').next().unwrap_or_default();
-        let index: i128 = word.parse().map_err(|_| Fault {
-            line,
-            reason: format!("'{}' is not a vertex index", corner.escape_debug()),
-        })?;
-        let absolute = if index < 0 {
-            i128::from(self.vertices) + 1 + index
-        } else {
-            index
-        };
+        let index: i128 = word
+            .parse()
+            .map_err(|_| Fault { line, reason: format!("'{}' is not a vertex index", corner.escape_debug()) })?;
+        let absolute = if index < 0 { i128::from(self.vertices) + 1 + index } else { index };
         match u64::try_from(absolute) {
             Ok(absolute) if absolute > 0 => {
                 if absolute > self.highest.0 {
@@ -196,10 +180,7 @@ mod tests {
         let text = "g\nf 1/1/1 -1 3//2 # ahead\nv 0 0 0 1 1 1\nv 1 2 3 0.5\nv nan 1e99 -0\nf -3 -2 \\\n-1 1\nusemtl a b\nl 1 2\np 1\nf 1 2\n";
         // An index from behind counts from the vertices seen so far: there are none yet at the first face.
         let fault = repair(text).unwrap_err();
-        assert_eq!(
-            (fault.line, fault.reason.as_str()),
-            (2, "vertex index -1, but there are no vertices")
-        );
+        assert_eq!((fault.line, fault.reason.as_str()), (2, "vertex index -1, but there are no vertices"));
         let file = repair(&text.replacen("-1", "2", 1)).unwrap();
         assert_eq!(file.vertices, "v 0 0 0\nv 1 2 3\nv nan 1e99 -0\n");
         assert_eq!(file.elements, "o 0\nf 1 2 3\nf 1 2 3 1\nusemtl a b\n");
@@ -217,11 +198,7 @@ mod tests {
             ("v 0 0 0\nf 1 1 /1", 2, "'/1' is not a vertex index"),
             ("v 0 0 0\nf 0 1 1", 2, "index 0"),
             ("v 0 0 0\nf 1 1 -2", 2, "out of range"),
-            (
-                "v 0 0 0\n\nf 1 1 5\nf 1 1 3",
-                3,
-                "index 5 is out of range: there are 1 vertices",
-            ),
+            ("v 0 0 0\n\nf 1 1 5\nf 1 1 3", 3, "index 5 is out of range: there are 1 vertices"),
             ("v 0 0 0\nf 1 1 99999999999999999999999999", 2, "out of range"),
             ("v 0 0 0\nf 9 9", 2, "out of range"),
         ] {
