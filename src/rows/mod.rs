@@ -140,6 +140,11 @@ pub struct BuildRow {
     pub pair_distances: u64,
     /// Searches for a nearest cluster.
     pub nearest_searches: u64,
+    /// Nodes that the original's kd-tree would have visited (bottom-up `published`, arity 2, where the replay fits its
+    /// budget).
+    pub original_visits: Option<u64>,
+    /// List entries that the original would have passed in sorting what its queries found.
+    pub original_list_steps: Option<u64>,
     /// Nodes that rule Q8 applied to.
     pub q8_nodes: u64,
     /// Triangles that stand in more than one leaf (rule Q8).
@@ -207,18 +212,18 @@ pub struct TraceRow {
     pub commit: String,
 }
 
+impl BuildRow {
+    /// What identifies the builder and its options, whatever the scene.
+    pub fn build_key(&self) -> (&str, Construction, usize, &str) {
+        (&self.preset, self.construction, self.arity, &self.engine)
+    }
+}
+
 impl Row for BuildRow {
     const FILE: &'static str = "builds.csv";
 
     fn key(&self) -> String {
-        format!(
-            "{} {} {} k={} {}",
-            self.preset,
-            self.scene,
-            self.construction.id(),
-            self.arity,
-            self.engine
-        )
+        format!("{} {} {} k={} {}", self.preset, self.scene, self.construction.id(), self.arity, self.engine)
     }
 
     fn origin(&self) -> (&str, &str) {
@@ -230,14 +235,7 @@ impl Row for TraceRow {
     const FILE: &'static str = "traces.csv";
 
     fn key(&self) -> String {
-        format!(
-            "{} {} {} k={} {}",
-            self.preset,
-            self.scene,
-            self.construction.id(),
-            self.arity,
-            self.lighting.id()
-        )
+        format!("{} {} {} k={} {}", self.preset, self.scene, self.construction.id(), self.arity, self.lighting.id())
     }
 
     fn origin(&self) -> (&str, &str) {

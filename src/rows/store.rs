@@ -91,10 +91,7 @@ fn parse<R: Row>(path: &Path, text: &str) -> Result<Vec<R>, RowError> {
     let mut seen = HashMap::new();
     for (i, row) in rows.iter().enumerate() {
         if seen.insert(row.key(), i).is_some() {
-            return Err(RowError::Duplicate {
-                path: path.into(),
-                key: row.key(),
-            });
+            return Err(RowError::Duplicate { path: path.into(), key: row.key() });
         }
         if row.origin() != rows[0].origin() {
             let name = |(version, commit): (&str, &str)| format!("{version} ({commit})");
@@ -130,8 +127,7 @@ impl<R: Row> RowFile<R> {
                 let rows = parse(&path, &text[..whole])?;
                 if whole < text.len() {
                     let file = OpenOptions::new().write(true).open(&path);
-                    file.and_then(|f| f.set_len(whole as u64))
-                        .map_err(|e| io("repair", &path, e))?;
+                    file.and_then(|f| f.set_len(whole as u64)).map_err(|e| io("repair", &path, e))?;
                 }
                 rows
             }
@@ -164,20 +160,21 @@ impl<R: Row> RowFile<R> {
         let text = csv_text(std::slice::from_ref(&row), self.rows.is_empty());
         self.rows.push(row);
         let mut options = OpenOptions::new();
-        let file = if self.rows.len() == 1 {
-            options.write(true).create(true).truncate(true)
-        } else {
-            options.append(true)
-        }
-        .open(&self.path);
-        file.and_then(|mut f: File| f.write_all(text.as_bytes()))
-            .map_err(|e| io("write", &self.path, e))
+        let file =
+            if self.rows.len() == 1 { options.write(true).create(true).truncate(true) } else { options.append(true) }
+                .open(&self.path);
+        file.and_then(|mut f: File| f.write_all(text.as_bytes())).map_err(|e| io("write", &self.path, e))
     }
 
     fn rewrite(&self) -> Result<(), RowError> {
         let text = csv_text(&self.rows, true);
         let dir = self.path.parent().unwrap_or(Path::new("."));
-        tempfile::NamedTempFile::new_in(dir)
+        let mut builder = tempfile::Builder::new();
+        // Temporary files are private by default; rows are for others to read.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        builder
+            .tempfile_in(dir)
             .and_then(|mut f| {
                 f.write_all(text.as_bytes())?;
                 f.persist(&self.path).map_err(|e| e.error)?;
@@ -197,11 +194,7 @@ fn csv_text<R: Row>(rows: &[R], headers: bool) -> String {
 }
 
 fn io(what: &'static str, path: &Path, source: std::io::Error) -> RowError {
-    RowError::Io {
-        what,
-        path: path.into(),
-        source,
-    }
+    RowError::Io { what, path: path.into(), source }
 }
 
 #[cfg(test)]
@@ -227,11 +220,7 @@ mod tests {
     }
 
     fn cell(name: &str, value: f64, commit: &str) -> Cell {
-        Cell {
-            name: name.into(),
-            value: Some(value),
-            commit: commit.into(),
-        }
+        Cell { name: name.into(), value: Some(value), commit: commit.into() }
     }
 
     #[test]

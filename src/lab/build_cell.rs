@@ -1,0 +1,117 @@
+//! One build: verified, timed and counted apart, or stopped by its budget and projected.
+
+use super::measure::{Repeats, repeat};
+use super::projection::Model;
+use crate::build::top_down::MAX_LEAF;
+use crate::build::{Brake, BuildError, BuildOptions, Builder, Counters, Preset, Unfinished, Work};
+use crate::bvh::{Bvh, Coverage, Limits, TreeHash, tree_hash, validate};
+use crate::geom::{Aabb, Triangle};
+use crate::rows::{Construction, Spread};
+use std::time::{Duration, Instant};
+
+/// What is to be built, and what it may cost.
+#[derive(Clone, Copy, Debug)]
+pub struct BuildCell<'a> {
+    /// The builder.
+    pub builder: &'a Builder,
+    /// Its options.
+    pub options: BuildOptions,
+    /// Seconds that one build may take.
+    pub budget: Option<Duration>,
+    /// How often it is timed.
+    pub repeats: Repeats,
+}
+
+/// A tree that passed its verification, and what it took.
+#[derive(Clone, Debug)]
+pub struct Built {
+    /// The tree.
+    pub bvh: Bvh,
+    /// Its canonical hash.
+    pub hash: TreeHash,
+    /// What the validation counted.
+    pub coverage: Coverage,
+    /// Seconds of one build, from triangles to tree.
+    pub seconds: Spread,
+    /// Work, from a separate pass.
+    pub counters: Counters,
+}
+
+/// How a measurement ended.
+#[derive(Clone, Debug)]
+pub enum Measured {
+    /// With a tree.
+    Ok(Box<Built>),
+    /// Stopped by the budget; milliseconds that it would have taken, where the work done allows a projection.
+    Capped {
+        /// Projected build time.
+        projected_ms: Option<f64>,
+    },
+    /// With a wrong tree or an error; one line.
+    Failed(String),
+}
+
+/// Builds once and verifies, then times, then counts; in this order, so that no number comes from a wrong tree.
+pub fn measure_build(triangles: &[Triangle], cell: &BuildCell) -> Measured {
+    let build = |brake: &mut Brake| {
+        // Boxes are part of the build: it starts from triangles.
+        let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+        (cell.builder.timed)(&boxes, &cell.options, brake)
+    };
+    let begin = Instant::now();
+    let mut brake = Brake::new(cell.budget.map(|b| begin + b));
+    let first = build(&mut brake);
+    let first_seconds = begin.elapsed().as_secs_f64();
+    let bvh = match first {
+        Ok(bvh) => bvh,
+        Err(BuildError::Stopped(left)) => return capped(triangles.len(), cell, &left, brake.steps(), first_seconds),
+        Err(e) => return Measured::Failed(e.to_string()),
+    };
+    let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+    let coverage = match validate(&bvh, &boxes, &limits(cell)) {
+        Ok(coverage) => coverage,
+        Err(violations) => return Measured::Failed(format!("the tree is not valid: {violations}")),
+    };
+    let hash = tree_hash(&bvh);
+    let seconds = if cell.repeats.cold || first_seconds >= cell.repeats.enough.as_secs_f64() {
+        Spread { median: first_seconds, min: first_seconds, max: first_seconds, runs: 1 }
+    } else {
+        match repeat(&cell.repeats, || build(&mut Brake::default()).map(|bvh| drop(std::hint::black_box(bvh)))) {
+            Ok(seconds) => seconds,
+            Err(e) => return Measured::Failed(e.to_string()),
+        }
+    };
+    let mut counters = Counters::default();
+    match (cell.builder.counted)(&boxes, &cell.options, &mut counters) {
+        Ok(again) if tree_hash(&again) == hash => {}
+        Ok(_) => return Measured::Failed("two builds of the same triangles gave different trees".into()),
+        Err(e) => return Measured::Failed(e.to_string()),
+    }
+    Measured::Ok(Box::new(Built { bvh, hash, coverage, seconds, counters }))
+}
+
+/// What the validation demands of this cell's tree.
+fn limits(cell: &BuildCell) -> Limits {
+    let o = &cell.options;
+    let q8 = construction(cell.builder) == Some(Construction::TopDown)
+        && (o.preset, o.arity, o.q8) == (Preset::Published, 8, true);
+    Limits { max_leaf: MAX_LEAF, q8 }
+}
+
+/// The thesis' construction that a builder is, if it is one.
+fn construction(builder: &Builder) -> Option<Construction> {
+    [Construction::TopDown, Construction::BottomUp].into_iter().find(|c| c.id() == builder.id)
+}
+
+fn capped(n: usize, cell: &BuildCell, left: &Unfinished, steps: u64, seconds: f64) -> Measured {
+    let projected_ms = construction(cell.builder)
+        .and_then(|c| Model::new(c, cell.options).from_stopped(n, left, steps, seconds * 1e3));
+    Measured::Capped { projected_ms }
+}
+
+impl Built {
+    /// How often one kind of work was done.
+    pub fn count(&self, work: Work) -> u64 {
+        self.counters.get(work)
+    }
+}

@@ -1,0 +1,51 @@
+//! Figure 3: the thesis' largest scene, rendered once and kept beside the rows.
+
+use crate::build::{self, BuildOptions, Counters};
+use crate::rows::RowError;
+use crate::scene::{Scene, SceneError, smooth_normals};
+use crate::trace::{RenderOptions, render, upright};
+use std::path::{Path, PathBuf};
+
+/// The scene of the thesis' Figure 3.
+const SCENE: &str = "thesis:huge";
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// The scene could not be had.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// No tree was built over it.
+    #[error("{SCENE}: {0}")]
+    Build(#[from] build::BuildError),
+    /// The file system refused.
+    #[error(transparent)]
+    Write(#[from] RowError),
+    /// The picture could not be encoded.
+    #[error("cannot write {path}: {source}", path = path.display())]
+    Encode {
+        /// The file.
+        path: PathBuf,
+        /// What the encoder said.
+        source: image::ImageError,
+    },
+}
+
+/// Renders `figure3.png` into the folder of the rows, unless it is there.
+///
+/// # Errors
+/// [`PictureError`].
+pub fn figure3(rows: &Path) -> Result<(), PictureError> {
+    let path = rows.join("figure3.png");
+    if path.exists() {
+        return Ok(());
+    }
+    std::fs::create_dir_all(rows).map_err(|source| RowError::Io { what: "create", path: rows.into(), source })?;
+    let scene = Scene::load(SCENE)?;
+    let builder = build::find("top-down").expect("it is registered");
+    let bvh = (builder.counted)(&scene.boxes(), &BuildOptions::default(), &mut Counters::default())?;
+    let options = RenderOptions { width: 900, height: 900, samples: 3, ..RenderOptions::default() };
+    render(&scene, &smooth_normals(&scene), &bvh, &upright(&scene.camera), &options)
+        .save(&path)
+        .map_err(|source| PictureError::Encode { path, source })
+}
