@@ -1,0 +1,109 @@
+//! `bvh-lab compare`: builders side by side on one scene.
+
+use super::arguments::CompareArguments;
+use super::build::{BuildReport, load, repeats, set_threads};
+use super::output::{json, maybe, say, table};
+use super::trace::{Measured, measure};
+use super::{Outcome, off};
+use bvh_lab::build::{BUILDERS, Builder, Preset};
+use bvh_lab::lab::BuildCell;
+use bvh_lab::trace::{Batch, Kernel, Query, primary_rays};
+use serde::Serialize;
+
+/// One builder of the comparison.
+#[derive(Debug, Serialize)]
+struct Entry {
+    #[serde(flatten)]
+    build: BuildReport,
+    nodes_per_ray: Option<f64>,
+    box_tests_per_ray: Option<f64>,
+    tri_tests_per_ray: Option<f64>,
+    mrays_per_s: Option<f64>,
+    hit_hash: Option<String>,
+}
+
+/// Runs the command.
+pub fn run(a: &CompareArguments) -> Outcome {
+    set_threads(&a.run)?;
+    let variants = variants(a)?;
+    let scene = load(&a.scene)?;
+    let rays = primary_rays(&scene.camera, a.size.0, a.size.1);
+    let mut entries = Vec::new();
+    for (builder, preset, arity) in variants {
+        eprintln!("bvh-lab: {} {} arity {arity} …", builder.id, preset.id());
+        let options = bvh_lab::build::BuildOptions { arity, preset, ..Default::default() };
+        let cell = BuildCell { builder, options, budget: Some(a.budget), repeats: repeats(&a.run) };
+        let (build, built) = BuildReport::measure(&scene, &cell)?;
+        let traced: Option<Measured> = match &built {
+            Some(built) => {
+                let batch = Batch {
+                    kernel: Kernel::Scalar,
+                    query: Query::Closest,
+                    bvh: &built.bvh,
+                    triangles: &scene.triangles,
+                    rays: &rays,
+                };
+                Some(measure(&batch, &repeats(&a.run))?)
+            }
+            None => None,
+        };
+        entries.push(Entry {
+            build,
+            nodes_per_ray: traced.as_ref().and_then(|t| t.nodes_per_ray),
+            box_tests_per_ray: traced.as_ref().and_then(|t| t.box_tests_per_ray),
+            tri_tests_per_ray: traced.as_ref().and_then(|t| t.tri_tests_per_ray),
+            mrays_per_s: traced.as_ref().map(|t| t.mrays_per_s.median),
+            hit_hash: traced.map(|t| t.hit_hash),
+        });
+    }
+    if a.run.json {
+        return json(&serde_json::json!({
+            "scene": scene.name,
+            "triangles": scene.triangles.len(),
+            "dropped": scene.dropped.total(),
+            "threads": rayon::current_num_threads(),
+            "kernel": "scalar",
+            "rays": rays.len(),
+            "builders": entries,
+        }));
+    }
+    say(&text(&scene.name, scene.triangles.len(), &entries))
+}
+
+/// Builders × readings × arities.
+fn variants(a: &CompareArguments) -> Result<Vec<(&'static Builder, Preset, usize)>, super::Failure> {
+    let builders: Vec<&'static Builder> =
+        if a.builders.is_empty() { BUILDERS.iter().collect() } else { a.builders.clone() };
+    let asked: Vec<Preset> = a.preset.iter().map(|&p| p.into()).collect();
+    let mut all = Vec::new();
+    for builder in builders {
+        for &preset in builder.presets.iter().filter(|p| asked.is_empty() || asked.contains(p)) {
+            all.extend(a.arities.iter().map(|&arity| (builder, preset, arity)));
+        }
+    }
+    if all.is_empty() {
+        return Err(off("none of these builders has this preset; `bvh-lab list builders` shows which have what"));
+    }
+    Ok(all)
+}
+
+fn text(scene: &str, triangles: usize, entries: &[Entry]) -> String {
+    let header =
+        ["builder", "preset", "k", "build", "SAH", "EPO", "nodes/ray", "boxes/ray", "tris/ray", "MRays/s", "kB"];
+    let rows = entries.iter().map(|e| {
+        vec![
+            e.build.builder.into(),
+            e.build.preset.into(),
+            e.build.arity.to_string(),
+            e.build.time(),
+            maybe(e.build.sah),
+            maybe(e.build.epo),
+            maybe(e.nodes_per_ray),
+            maybe(e.box_tests_per_ray),
+            maybe(e.tri_tests_per_ray),
+            maybe(e.mrays_per_s),
+            e.build.bytes.map_or_else(|| "–".into(), |b| (b / 1000).to_string()),
+        ]
+    });
+    format!("{scene}: {triangles} triangles\n{}", table(&header, 2, rows))
+}

@@ -1,0 +1,69 @@
+//! `bvh-lab list`: what there is.
+
+use super::Outcome;
+use super::arguments::{ListArguments, ListWord};
+use super::output::{json, say, table};
+use bvh_lab::build::BUILDERS;
+use bvh_lab::scene::families::FAMILIES;
+use bvh_lab::scene::thesis;
+use bvh_lab::trace::KERNELS;
+use serde::Serialize;
+
+/// One thing of a list.
+#[derive(Debug, Serialize)]
+struct Entry {
+    id: String,
+    summary: String,
+    source: String,
+}
+
+/// Runs the command.
+pub fn run(a: &ListArguments) -> Outcome {
+    let entries = match a.what {
+        ListWord::Scenes => scenes(),
+        ListWord::Builders => builders(),
+        ListWord::Kernels => kernels(),
+        ListWord::Experiments => experiments(),
+    };
+    if a.json {
+        return json(&entries);
+    }
+    let rows = entries.into_iter().map(|e| vec![e.id, e.source, e.summary]);
+    say(&table(&["id", "source", "what it is"], 3, rows))
+}
+
+fn entry(id: impl Into<String>, source: impl Into<String>, summary: impl Into<String>) -> Entry {
+    Entry { id: id.into(), summary: summary.into(), source: source.into() }
+}
+
+fn scenes() -> Vec<Entry> {
+    let levels = thesis::LEVELS.iter().map(|l| entry(format!("thesis:{}", l.name), "Beick 2014", l.summary));
+    let families = FAMILIES.iter().map(|f| entry(format!("gen:{}:N[:SEED]", f.name), "generated", f.summary));
+    let files = [
+        entry("FILE.obj", "file", "Wavefront OBJ with its MTL"),
+        entry("FILE.tri", "file", "raw triangles: little-endian f32, nine a triangle"),
+    ];
+    levels.chain(families).chain(files).collect()
+}
+
+fn builders() -> Vec<Entry> {
+    let one = |b: &bvh_lab::build::Builder| {
+        let presets: Vec<_> = b.presets.iter().map(|p| p.id()).collect();
+        let arities: Vec<_> = b.arities.iter().map(ToString::to_string).collect();
+        let (presets, arities) = (presets.join(", "), arities.join(", "));
+        entry(b.id, b.paper, format!("{}; presets {presets}; arity {arities}", b.summary))
+    };
+    BUILDERS.iter().map(one).collect()
+}
+
+fn kernels() -> Vec<Entry> {
+    KERNELS.iter().map(|k| entry(k.id, k.paper, k.summary)).collect()
+}
+
+fn experiments() -> Vec<Entry> {
+    vec![entry(
+        "reproduce",
+        "Beick 2014",
+        "the thesis' study: Tables 1 to 9, Figures 3 to 5, beside the printed numbers",
+    )]
+}

@@ -1,0 +1,163 @@
+//! `bvh-lab trace`: rays per second and work per ray, through one tree.
+
+use super::arguments::{RayWord, TraceArguments, TreeArguments};
+use super::build::{load, repeats, set_threads};
+use super::output::{json, say, short, spread_text};
+use super::{Failure, Outcome, off, wrong};
+use bvh_lab::build::Brake;
+use bvh_lab::bvh::{Bvh, tree_hash};
+use bvh_lab::geom::Ray;
+use bvh_lab::lab::{Repeats, repeat};
+use bvh_lab::rows::Spread;
+use bvh_lab::scene::Scene;
+use bvh_lab::trace::{
+    Batch, Query, count_batch, diffuse_rays, hit_hash, primary_rays, read_rays, shadow_rays, trace_batch, write_hits,
+};
+use serde::Serialize;
+
+/// Seed of the rays that are drawn by chance: the same ones every time.
+const SEED: u64 = 1;
+
+/// The JSON object of `trace`.
+#[derive(Debug, Serialize)]
+struct TraceReport {
+    scene: String,
+    triangles: usize,
+    dropped: usize,
+    builder: &'static str,
+    arity: usize,
+    preset: &'static str,
+    engine: &'static str,
+    tree_hash: String,
+    threads: usize,
+    kernel: String,
+    rays: usize,
+    ray_kind: &'static str,
+    mrays_per_s: Spread,
+    hits: usize,
+    hit_hash: String,
+    nodes_per_ray: Option<f64>,
+    box_tests_per_ray: Option<f64>,
+    tri_tests_per_ray: Option<f64>,
+    version: &'static str,
+    commit: &'static str,
+}
+
+/// What tracing a ray set took.
+#[derive(Debug)]
+pub struct Measured {
+    pub mrays_per_s: Spread,
+    pub hits: usize,
+    pub hit_hash: String,
+    pub nodes_per_ray: Option<f64>,
+    pub box_tests_per_ray: Option<f64>,
+    pub tri_tests_per_ray: Option<f64>,
+}
+
+/// Counts, then times; the timed passes must see what the counted one saw.
+pub fn measure(batch: &Batch, repeats: &Repeats) -> Result<Measured, Failure> {
+    let (expected, work) = count_batch(batch);
+    let mut hits = Vec::new();
+    let seconds = repeat(repeats, || {
+        trace_batch(batch, &mut hits);
+        Ok::<(), Failure>(())
+    })?;
+    let hash = hit_hash(&expected);
+    if hit_hash(&hits) != hash {
+        return Err(wrong("a timed pass saw other hits than the counted one"));
+    }
+    let rays = batch.rays.len() as f64;
+    let per_ray = |n: u64| (rays > 0.0).then(|| n as f64 / rays);
+    let rate = |s: f64| if s > 0.0 { rays * 1e-6 / s } else { 0.0 };
+    Ok(Measured {
+        mrays_per_s: Spread {
+            median: rate(seconds.median),
+            min: rate(seconds.max),
+            max: rate(seconds.min),
+            runs: seconds.runs,
+        },
+        hits: expected.iter().filter(|h| h.is_hit()).count(),
+        hit_hash: hash,
+        nodes_per_ray: per_ray(work.nodes),
+        box_tests_per_ray: per_ray(work.box_tests),
+        tri_tests_per_ray: per_ray(work.triangle_tests),
+    })
+}
+
+/// Builds the tree that a command asks for, without measuring.
+pub fn tree(scene: &Scene, a: &TreeArguments) -> Result<Bvh, Failure> {
+    let options = a.options();
+    a.builder.check(&options).map_err(off)?;
+    (a.builder.timed)(&scene.boxes(), &options, &mut Brake::default()).map_err(wrong)
+}
+
+fn rays(a: &TraceArguments, scene: &Scene, bvh: &Bvh) -> Result<Vec<Ray>, Failure> {
+    if let Some(path) = &a.rays_file {
+        return read_rays(path).map_err(wrong);
+    }
+    let primary = primary_rays(&scene.camera, a.size.0, a.size.1);
+    Ok(match a.rays {
+        RayWord::Primary => primary,
+        RayWord::Diffuse => diffuse_rays(bvh, &scene.triangles, &primary, SEED),
+        RayWord::Any => shadow_rays(bvh, &scene.triangles, &primary, SEED),
+    })
+}
+
+/// Runs the command.
+pub fn run(a: &TraceArguments) -> Outcome {
+    set_threads(&a.run)?;
+    let options = a.tree.options();
+    a.tree.builder.check(&options).map_err(off)?;
+    let scene = load(&a.scene)?;
+    let bvh = tree(&scene, &a.tree)?;
+    let rays = rays(a, &scene, &bvh)?;
+    let kernel = a.kernel().map_err(off)?;
+    let query = if a.rays == RayWord::Any { Query::Any } else { Query::Closest };
+    let batch = Batch { kernel, query, bvh: &bvh, triangles: &scene.triangles, rays: &rays };
+    let measured = measure(&batch, &repeats(&a.run))?;
+    if let Some(path) = &a.hits_out {
+        let (hits, _) = count_batch(&batch);
+        write_hits(path, &hits).map_err(|e| wrong(format!("cannot write {}: {e}", path.display())))?;
+    }
+    let report = TraceReport {
+        scene: scene.name.clone(),
+        triangles: scene.triangles.len(),
+        dropped: scene.dropped.total(),
+        builder: a.tree.builder.id,
+        arity: options.arity,
+        preset: options.preset.id(),
+        engine: options.engine.id(),
+        tree_hash: tree_hash(&bvh).to_string(),
+        threads: rayon::current_num_threads(),
+        kernel: a.kernel.0.clone(),
+        rays: rays.len(),
+        ray_kind: if a.rays_file.is_some() { "file" } else { a.rays.id() },
+        mrays_per_s: measured.mrays_per_s,
+        hits: measured.hits,
+        hit_hash: measured.hit_hash,
+        nodes_per_ray: measured.nodes_per_ray,
+        box_tests_per_ray: measured.box_tests_per_ray,
+        tri_tests_per_ray: measured.tri_tests_per_ray,
+        version: bvh_lab::lab::version(),
+        commit: bvh_lab::lab::commit(),
+    };
+    if a.run.json { json(&report) } else { say(&text(&report)) }
+}
+
+fn text(r: &TraceReport) -> String {
+    let per_ray = |x: Option<f64>| x.map_or_else(|| "–".into(), short);
+    [
+        format!("{}: {} triangles ({} dropped)", r.scene, r.triangles, r.dropped),
+        format!("tree        {} ({}, {}), arity {}", r.builder, r.preset, r.engine, r.arity),
+        format!("kernel      {}, {} {} rays, {} threads", r.kernel, r.rays, r.ray_kind, r.threads),
+        format!("speed       {}", spread_text(&r.mrays_per_s, "MRays/s")),
+        format!("hits        {} ({})", r.hits, r.hit_hash),
+        format!(
+            "per ray     {} nodes, {} box tests, {} triangle tests",
+            per_ray(r.nodes_per_ray),
+            per_ray(r.box_tests_per_ray),
+            per_ray(r.tri_tests_per_ray)
+        ),
+    ]
+    .join("\n")
+}
