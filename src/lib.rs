@@ -14,3 +14,8 @@ pub mod report;
 pub mod rows;
 pub mod scene;
 pub mod trace;
+
+/// The README's Rust code, compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

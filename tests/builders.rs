@@ -1,0 +1,91 @@
+//! Every builder, reading and arity on every generated family at small sizes: valid trees, the same ones every time.
+
+use bvh_lab::build::{BUILDERS, Brake, BuildError, BuildOptions, Builder, Counters, Preset};
+use bvh_lab::bvh::{Bvh, Limits, tree_hash, validate};
+use bvh_lab::geom::Aabb;
+use bvh_lab::scene::Scene;
+use bvh_lab::scene::families::FAMILIES;
+use glam::Vec3;
+
+/// All variants, with so few candidates that a literal search over mixed planes ends soon.
+fn variants() -> impl Iterator<Item = (&'static Builder, BuildOptions)> {
+    BUILDERS.iter().flat_map(|builder| {
+        builder.presets.iter().flat_map(move |&preset| {
+            builder.arities.iter().flat_map(move |&arity| {
+                let candidates = Some(if preset == Preset::Text { 5 } else { 9 });
+                [true, false].map(|q8| (builder, BuildOptions { arity, preset, candidates, q8, ..Default::default() }))
+            })
+        })
+    })
+}
+
+fn build((builder, options): (&Builder, BuildOptions), boxes: &[Aabb]) -> Bvh {
+    let mut counters = Counters::default();
+    let bvh = (builder.counted)(boxes, &options, &mut counters)
+        .unwrap_or_else(|e| panic!("{} {options:?}, {} triangles: {e}", builder.id, boxes.len()));
+    let q8 = builder.id == "top-down" && options.preset == Preset::Published && options.arity == 8 && options.q8;
+    if let Err(violations) = validate(&bvh, boxes, &Limits { max_leaf: 4, q8 }) {
+        panic!("{} {options:?}, {} triangles: {violations}", builder.id, boxes.len());
+    }
+    assert!(bvh.nodes.iter().all(|n| n.is_leaf() || n.count() <= options.arity));
+    let again = (builder.timed)(boxes, &options, &mut Brake::default()).unwrap();
+    assert_eq!(tree_hash(&bvh), tree_hash(&again), "{} {options:?}", builder.id);
+    bvh
+}
+
+#[test]
+fn every_family_at_every_small_size() {
+    for family in FAMILIES {
+        for n in (1..=9).chain([33, 120]) {
+            let boxes = Scene::load(&format!("gen:{}:{n}", family.name)).unwrap().boxes();
+            assert_eq!(boxes.len(), n);
+            variants().for_each(|v| drop(build(v, &boxes)));
+        }
+    }
+}
+
+#[test]
+fn nothing_to_build_over_is_an_error() {
+    for (builder, options) in variants() {
+        assert_eq!((builder.timed)(&[], &options, &mut Brake::default()), Err(BuildError::NoTriangles));
+    }
+}
+
+#[test]
+fn boxes_without_sense_are_refused_by_name() {
+    let good = Aabb::new(Vec3::ZERO, Vec3::ONE);
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let boxes = [good, Aabb::new(Vec3::splat(bad), Vec3::ONE), good];
+        for (builder, options) in variants() {
+            assert_eq!((builder.timed)(&boxes, &options, &mut Brake::default()), Err(BuildError::InvalidBox(1)));
+        }
+    }
+}
+
+#[test]
+fn doubling_the_scene_changes_no_tree() {
+    let boxes = Scene::load("gen:soup:90").unwrap().boxes();
+    for scale in [2f32.powi(40), 2f32.powi(-40)] {
+        let scaled: Vec<_> = boxes.iter().map(|b| Aabb::new(b.min * scale, b.max * scale)).collect();
+        for v in variants() {
+            assert_eq!(tree_hash(&build(v, &boxes)), tree_hash(&build(v, &scaled)), "{} {:?}", v.0.id, v.1);
+        }
+    }
+}
+
+#[test]
+fn coordinates_whose_areas_overflow_f32_still_build() {
+    let boxes: Vec<_> = Scene::load("gen:soup:60").unwrap().boxes();
+    let huge: Vec<_> = boxes.iter().map(|b| Aabb::new(b.min * 1e19, b.max * 1e19)).collect();
+    variants().for_each(|v| drop(build(v, &huge)));
+}
+
+#[test]
+fn deep_and_coincident_scenes_end_without_a_call_stack() {
+    for scene in ["gen:nested:2000", "gen:coincident:2000"] {
+        let boxes = Scene::load(scene).unwrap().boxes();
+        for v in variants().filter(|(_, o)| o.preset == Preset::Published) {
+            build(v, &boxes);
+        }
+    }
+}
