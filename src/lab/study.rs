@@ -107,7 +107,7 @@ impl Study {
             for scene_name in &self.scenes {
                 let scene = Scene::load(scene_name)?;
                 let stage = Stage::new(&scene);
-                for &(construction, arity) in &self.scope.builds {
+                for (construction, arity) in self.builds(preset) {
                     let job = Job { scene: scene_name, preset, construction, arity };
                     watch.begin(&job.to_string(), done / all);
                     self.cell(&job, &stage, &mut builds, &mut traces, watch)?;
@@ -116,6 +116,12 @@ impl Study {
             }
         }
         Ok(())
+    }
+
+    /// The wanted builds that have this reading.
+    fn builds(&self, preset: Preset) -> impl Iterator<Item = (Construction, usize)> + '_ {
+        let has = move |c: Construction| build::find(c.id()).is_some_and(|b| b.presets.contains(&preset));
+        self.scope.builds.iter().copied().filter(move |&(c, _)| has(c))
     }
 
     /// Rows of another program are moved aside, not mixed with ours and not lost.
@@ -151,7 +157,7 @@ impl Study {
         let mut weights = Vec::new();
         for &preset in &self.presets {
             for (scene, &n) in self.scenes.iter().zip(&sizes) {
-                for &(construction, arity) in &self.scope.builds {
+                for (construction, arity) in self.builds(preset) {
                     let seconds = Job { scene, preset, construction, arity }.model().steps(n) / RATE;
                     let building = if seconds > HOPELESS * limit { limit / 20.0 } else { 2.0 * seconds.min(limit) };
                     weights.push(building + 0.5 * (1 + self.scope.lightings.len()) as f64);

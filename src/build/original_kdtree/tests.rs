@@ -78,14 +78,7 @@ fn nearest_and_counts_equal_the_literal_ones_while_entries_come_and_go() {
             let (mut visited, mut steps, mut listed, mut queries) = (0, 0, 0, 0);
             let mut radius = 10.0;
             loop {
-                let mut literal = Literal {
-                    tree: &tree,
-                    radius,
-                    centre,
-                    list: Vec::new(),
-                    visited: 0,
-                    list_steps: 0,
-                };
+                let mut literal = Literal { tree: &tree, radius, centre, list: Vec::new(), visited: 0, list_steps: 0 };
                 literal.visit(0);
                 queries += 1;
                 visited += literal.visited;
@@ -130,10 +123,7 @@ fn steps_by_hand() {
     // Everything is in range, met in rising order of distance: the second passes 1, the third 2, the fourth 3.
     assert_eq!(tree.nearest(0, Vec3::ZERO).map(|n| n.id), Some(1));
     let work = tree.work();
-    assert_eq!(
-        (work.visited, work.listed, work.list_steps, work.range_queries),
-        (4, 4, 6, 1)
-    );
+    assert_eq!((work.visited, work.listed, work.list_steps, work.range_queries), (4, 4, 6, 1));
     // From the other end every entry but those goes to the head of the list.
     assert_eq!(tree.nearest(3, Vec3::splat(3.0)).map(|n| n.id), Some(2));
     assert_eq!(tree.work().list_steps, 6);
@@ -159,9 +149,7 @@ fn rising_pairs_are_counted() {
     let mut random = Random(4);
     for n in (0..100).chain([257, 1000]) {
         let mut values: Vec<f64> = (0..n).map(|_| random.below(40) as f64).collect();
-        let brute = (0..n)
-            .map(|i| (0..i).filter(|&j| values[j] < values[i]).count() as u64)
-            .sum::<u64>();
+        let brute = (0..n).map(|i| (0..i).filter(|&j| values[j] < values[i]).count() as u64).sum::<u64>();
         let mut sorted = values.clone();
         sorted.sort_by(f64::total_cmp);
         assert_eq!(count_rising_pairs(&mut values, &mut Vec::new()), brute);

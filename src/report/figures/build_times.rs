@@ -1,4 +1,4 @@
-//! Figure 4: build time against the branching factor, the printed panel beside ours.
+//! Figure 4: build time against the branching factor, the printed panel beside ours, and faintly behind it.
 
 use crate::report::cells::{Cell, CellStatus, Study};
 use crate::report::figures::axis::Scale;
@@ -23,7 +23,7 @@ pub(crate) fn figure4(study: &Study, preset: &str) -> Sheet {
         Panel {
             title: format!("Measured here ({preset}, {})", engines(&cells)),
             y_label: "Build time in seconds",
-            series: series(&cells, our_point),
+            series: printed_behind(&cells).chain(series(&cells, our_point)).collect(),
         },
     ];
     let values = panels.iter().flat_map(|p| &p.series).flat_map(|s| &s.points).map(|p| p.1);
@@ -60,6 +60,13 @@ fn series(cells: &[Cell], point: impl Fn(&Cell) -> Option<(f64, Mark)>) -> Vec<S
         }
     }
     all
+}
+
+/// The printed series once more, to lie faintly behind ours.
+fn printed_behind(cells: &[Cell]) -> impl Iterator<Item = Series> {
+    series(cells, |cell| printed_point(cell).map(|(value, _)| (value, Mark::Speck)))
+        .into_iter()
+        .map(|s| Series { line: if s.line == Line::Solid { Line::Faint } else { Line::FaintDotted }, ..s })
 }
 
 fn printed_point(cell: &Cell) -> Option<(f64, Mark)> {
@@ -102,8 +109,9 @@ fn legend() -> Vec<Vec<Entry>> {
     let styles = vec![
         sample(Some(Line::Solid), Some(Mark::Disc), "top-down"),
         sample(Some(Line::Dotted), Some(Mark::Square), "bottom-up"),
-        sample(None, Some(Mark::Ring), "hollow: projected from counted work"),
-        sample(None, Some(Mark::Up), "stopped there: takes longer"),
+        sample(None, Some(Mark::Ring), "projected from counted work"),
+        sample(None, Some(Mark::Up), "takes longer than that"),
+        sample(Some(Line::Faint), Some(Mark::Speck), "printed, behind ours"),
     ];
     vec![models.to_vec(), styles]
 }

@@ -33,6 +33,10 @@ pub(crate) enum Line {
     Dotted,
     /// Long strokes, lighter.
     Dashed,
+    /// Unbroken, thin and pale.
+    Faint,
+    /// Short strokes, thin and pale.
+    FaintDotted,
 }
 
 /// How a point is marked.
@@ -50,6 +54,8 @@ pub(crate) enum Mark {
     Up,
     /// A cross.
     Cross,
+    /// A small pale disc.
+    Speck,
 }
 
 /// One line of a panel.

@@ -10,6 +10,8 @@ type BackendCoord = (i32, i32);
 
 const STROKE: u32 = 3;
 const RADIUS: i32 = 7;
+/// Opacity of what lies behind.
+const FAINT: f64 = 0.4;
 
 /// A line through points given in backend pixels.
 ///
@@ -23,7 +25,10 @@ pub(crate) fn line<DB: DrawingBackend>(
 ) -> Drawn {
     let style = canvas.stroke(colour.to_rgba(), STROKE);
     let path = path.iter().copied();
+    let faint = canvas.stroke(colour.mix(FAINT), STROKE - 1);
     let drawn = match line {
+        Line::Faint => canvas.area.draw(&PathElement::new(path.collect::<Vec<_>>(), faint)),
+        Line::FaintDotted => canvas.area.draw(&DashedPathElement::new(path, canvas.px(3), canvas.px(7), faint)),
         Line::Solid => canvas.area.draw(&PathElement::new(path.collect::<Vec<_>>(), style)),
         Line::Dotted => canvas.area.draw(&DashedPathElement::new(path, canvas.px(4), canvas.px(7), style)),
         Line::Dashed => {
@@ -61,6 +66,7 @@ pub(crate) fn mark<DB: DrawingBackend>(canvas: &Canvas<DB>, at: BackendCoord, ma
             area.draw(&Polygon::new(corners.clone(), WHITE.filled()))
                 .and_then(|()| area.draw(&PathElement::new(corners, stroke)))
         }
+        Mark::Speck => area.draw(&Circle::new(at, radius * 4 / 7, colour.mix(FAINT).filled())),
         Mark::Cross => [1, -1].into_iter().try_for_each(|slope| {
             let arm = radius * 6 / 7;
             let ends = vec![(at.0 - arm, at.1 - slope * arm), (at.0 + arm, at.1 + slope * arm)];
