@@ -4,11 +4,10 @@
 //! which it cites (`walter`: surface area of the union of both boxes, in f64). Among equally close pairs the one with
 //! the smaller first id merges, then the one with the smaller second id.
 
-use super::clusters::{Dead, clusters, distance_squared};
+use super::clusters::{Centres, Cluster, Dead, LANES, clusters, least};
 use crate::build::{BuildError, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
-use glam::DVec3;
 
 /// What makes two clusters close.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,44 +23,83 @@ pub enum Distance {
 /// # Errors
 /// Boxes that [`check_boxes`] refuses, or the probe's stop.
 pub fn build<P: Probe>(boxes: &[Aabb], distance: Distance, probe: &mut P) -> Result<Bvh, BuildError> {
+    check_boxes(boxes)?;
+    let clusters = clusters(boxes);
     match distance {
-        Distance::Centres => merge_all(boxes, |_, centre| centre, |a, b| distance_squared(*a, *b), probe),
-        Distance::UnionArea => merge_all(boxes, |aabb, _| aabb, |a, b| a.union(b).surface_area(), probe),
+        Distance::Centres => merge_all(Centres::of(&clusters), clusters, probe),
+        Distance::UnionArea => merge_all(Boxes(boxes.to_vec()), clusters, probe),
     }
 }
 
-/// Merges until one cluster is left; `key` is what `distance` looks at, from a cluster's box and centre.
-fn merge_all<K: Copy, P: Probe>(
-    boxes: &[Aabb],
-    key: impl Fn(Aabb, DVec3) -> K,
-    distance: impl Fn(&K, &K) -> f64,
-    probe: &mut P,
-) -> Result<Bvh, BuildError> {
-    check_boxes(boxes)?;
-    // Kept in id order: a merged cluster has the smaller id of its parts and takes that part's place.
-    let mut live = clusters(boxes);
-    let mut keys: Vec<K> = live.iter().map(|c| key(c.aabb, c.centre.as_dvec3())).collect();
+/// What distances are measured by, one entry per live cluster.
+trait Keys {
+    /// Distances from entry `i` to the entries `from`, from + 1, …, at most [`LANES`] of them; returns how many.
+    /// Those beyond them are infinite.
+    fn distances(&self, i: usize, from: usize, out: &mut [f64; LANES]) -> usize;
+    /// Takes entry `j` out and puts `merged` at `i`, before it.
+    fn merge(&mut self, i: usize, j: usize, merged: &Cluster);
+}
+
+impl Keys for Centres {
+    #[inline(always)]
+    fn distances(&self, i: usize, from: usize, out: &mut [f64; LANES]) -> usize {
+        Centres::distances(self, self.get(i), from, out)
+    }
+
+    fn merge(&mut self, i: usize, j: usize, merged: &Cluster) {
+        self.remove(j);
+        self.set(i, merged);
+    }
+}
+
+struct Boxes(Vec<Aabb>);
+
+impl Keys for Boxes {
+    #[inline(always)]
+    fn distances(&self, i: usize, from: usize, out: &mut [f64; LANES]) -> usize {
+        let others = self.0[from..].iter().take(LANES);
+        let n = others.len();
+        out[n..].fill(f64::INFINITY);
+        others.zip(out).for_each(|(other, out)| *out = self.0[i].union(other).surface_area());
+        n
+    }
+
+    fn merge(&mut self, i: usize, j: usize, merged: &Cluster) {
+        self.0.remove(j);
+        self.0[i] = merged.aabb;
+    }
+}
+
+/// Merges until one cluster is left. The clusters stay in id order: a merged one has the smaller id of its parts and
+/// takes that part's place, so the first of the closest pairs met is the one the tie order wants.
+fn merge_all<P: Probe>(mut keys: impl Keys, mut live: Vec<Cluster>, probe: &mut P) -> Result<Bvh, BuildError> {
     let mut dead = Dead::default();
+    let mut distances = [0.0; LANES];
     while live.len() > 1 {
         let mut best = (f64::INFINITY, 0, 1);
-        for (i, a) in keys.iter().enumerate() {
-            for (j, b) in keys.iter().enumerate().skip(i + 1) {
-                let d = distance(a, b);
-                probe.add(Work::PairDistances, 1);
-                if d < best.0 {
-                    best = (d, i, j);
+        for i in 0..live.len() {
+            let mut from = i + 1;
+            while from < live.len() {
+                let n = keys.distances(i, from, &mut distances);
+                probe.add(Work::PairDistances, n as u64);
+                if least(&distances) < best.0 {
+                    for (j, &d) in (from..).zip(&distances[..n]) {
+                        if d < best.0 {
+                            best = (d, i, j);
+                        }
+                    }
                 }
+                from += n;
             }
-            if !probe.go_on((keys.len() - 1 - i) as u64) {
+            if !probe.go_on((live.len() - 1 - i) as u64) {
                 return Err(BuildError::Stopped(Unfinished { pending: vec![live.len()] }));
             }
         }
         let (_, i, j) = best;
         let second = live.remove(j);
-        keys.remove(j);
         let merged = live[i].clone().merge(second, &mut dead);
         probe.add(Work::Merges, 1);
-        keys[i] = key(merged.aabb, merged.centre.as_dvec3());
+        keys.merge(i, j, &merged);
         live[i] = merged;
     }
     Ok(live.remove(0).into_tree(&dead))

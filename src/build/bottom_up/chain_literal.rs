@@ -7,7 +7,7 @@
 //!
 //! Deviation: the original found nearest clusters in a kd-tree, whose walk decided ties.
 
-use super::clusters::{Cluster, Dead, clusters, distance_squared};
+use super::clusters::{Centres, Cluster, Dead, LANES, clusters, least};
 use crate::build::{BuildError, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
@@ -71,37 +71,44 @@ pub fn build<P: Probe, O: Observer>(boxes: &[Aabb], probe: &mut P, observer: &mu
 /// The clusters not yet merged, in no particular order, and their centres for the scan.
 struct Live {
     clusters: Vec<Cluster>,
-    centres: Vec<DVec3>,
+    centres: Centres,
 }
 
 impl Live {
     fn new(clusters: Vec<Cluster>) -> Self {
-        let centres = clusters.iter().map(|c| c.centre.as_dvec3()).collect();
+        let centres = Centres::of(&clusters);
         Self { clusters, centres }
     }
 
     fn nearest_to_origin(&self) -> usize {
-        let key = |i: &usize| (distance_squared(self.centres[*i], DVec3::ZERO), self.clusters[*i].id);
-        (0..self.clusters.len())
-            .min_by(|a, b| key(a).partial_cmp(&key(b)).expect("distances are numbers"))
-            .expect("at least one cluster")
+        self.scan(DVec3::ZERO, None, &mut ()).0
     }
 
     /// The live cluster nearest to cluster `of`, among equals the one with the lowest id, and its squared distance.
     fn nearest<P: Probe, O: Observer>(&self, of: usize, probe: &mut P, observer: &mut O) -> (usize, f64) {
         observer.search(self.clusters[of].id, self.clusters[of].centre);
         probe.add(Work::NearestSearches, 1);
-        let centre = self.centres[of];
+        self.scan(self.centres.get(of), Some(of), probe)
+    }
+
+    /// Looks at every live cluster but `except`.
+    fn scan<P: Probe>(&self, point: DVec3, except: Option<usize>, probe: &mut P) -> (usize, f64) {
         let mut best = (usize::MAX, f64::INFINITY);
-        for (i, &other) in self.centres.iter().enumerate() {
-            let d = distance_squared(centre, other);
-            probe.add(Work::PairDistances, 1);
-            if d <= best.1 && i != of {
-                let tied = d == best.1 && best.0 != usize::MAX;
-                if !tied || self.clusters[i].id < self.clusters[best.0].id {
-                    best = (i, d);
+        let mut distances = [0.0; LANES];
+        let mut from = 0;
+        while from < self.clusters.len() {
+            let n = self.centres.distances(point, from, &mut distances);
+            probe.add(Work::PairDistances, n as u64);
+            if least(&distances) <= best.1 {
+                for (i, &d) in (from..).zip(&distances[..n]) {
+                    let tied = d == best.1 && best.0 != usize::MAX;
+                    let nearer = d < best.1 || !tied || self.clusters[i].id < self.clusters[best.0].id;
+                    if d <= best.1 && nearer && Some(i) != except {
+                        best = (i, d);
+                    }
                 }
             }
+            from += n;
         }
         best
     }
@@ -116,7 +123,7 @@ impl Live {
         let parts = ((first.id, first.centre), (second.id, second.centre));
         let merged = first.merge(second, dead);
         observer.merge(parts.0, parts.1, (merged.id, merged.centre));
-        self.centres[front] = merged.centre.as_dvec3();
+        self.centres.set(front, &merged);
         self.clusters[front] = merged;
         front
     }

@@ -83,6 +83,76 @@ pub(super) fn clusters(boxes: &[Aabb]) -> Vec<Cluster> {
     (0u32..).zip(boxes).map(|(id, &aabb)| Cluster::of_triangle(id, aabb)).collect()
 }
 
+/// Distances computed at a time.
+pub(super) const LANES: usize = 8;
+
+/// Centres by coordinate: one loop over them compiles to SIMD of whatever width there is, with the same results.
+#[derive(Debug, Default)]
+pub(super) struct Centres([Vec<f64>; 3]);
+
+impl Centres {
+    /// The centres of `clusters`, in their order.
+    pub fn of(clusters: &[Cluster]) -> Self {
+        Self([0, 1, 2].map(|axis| clusters.iter().map(|c| f64::from(c.centre[axis])).collect()))
+    }
+
+    /// The centre at `index`.
+    pub fn get(&self, index: usize) -> DVec3 {
+        DVec3::from_array([0, 1, 2].map(|axis| self.0[axis][index]))
+    }
+
+    /// Puts the centre of `cluster` at `index`.
+    pub fn set(&mut self, index: usize, cluster: &Cluster) {
+        for (axis, coordinates) in self.0.iter_mut().enumerate() {
+            coordinates[index] = f64::from(cluster.centre[axis]);
+        }
+    }
+
+    /// Takes out the centre at `index`; the last one takes its place.
+    pub fn swap_remove(&mut self, index: usize) {
+        for coordinates in &mut self.0 {
+            coordinates.swap_remove(index);
+        }
+    }
+
+    /// Takes out the centre at `index`; those behind it move up.
+    pub fn remove(&mut self, index: usize) {
+        for coordinates in &mut self.0 {
+            coordinates.remove(index);
+        }
+    }
+
+    /// Squared distances from `point` to the centres `from`, from + 1, …, at most [`LANES`] of them; returns how
+    /// many. Entries beyond them are infinite.
+    #[inline(always)]
+    pub fn distances(&self, point: DVec3, from: usize, out: &mut [f64; LANES]) -> usize {
+        let [x, y, z] = &self.0;
+        let n = (x.len() - from).min(LANES);
+        if let (Some(x), Some(y), Some(z)) =
+            (x[from..].first_chunk::<LANES>(), y[from..].first_chunk::<LANES>(), z[from..].first_chunk::<LANES>())
+        {
+            for k in 0..LANES {
+                out[k] = distance_squared(point, DVec3::new(x[k], y[k], z[k]));
+            }
+        } else {
+            *out = [f64::INFINITY; LANES];
+            for k in 0..n {
+                out[k] = distance_squared(point, DVec3::new(x[from + k], y[from + k], z[from + k]));
+            }
+        }
+        n
+    }
+}
+
+/// The least of some distances, by halves: a chain of eight minima would wait for each other.
+#[inline(always)]
+pub(super) fn least(distances: &[f64; LANES]) -> f64 {
+    let lower = |a: f64, b: f64| if b < a { b } else { a };
+    let d = distances;
+    let quarter = [lower(d[0], d[4]), lower(d[1], d[5]), lower(d[2], d[6]), lower(d[3], d[7])];
+    lower(lower(quarter[0], quarter[2]), lower(quarter[1], quarter[3]))
+}
+
 /// Squared distance of two centres: differences and squares in f64, added x, y, z.
 #[inline(always)]
 pub(super) fn distance_squared(a: DVec3, b: DVec3) -> f64 {
