@@ -14,6 +14,9 @@ pub use original_kdtree::{Nearest, OriginalKdTree, OriginalWork};
 pub use probe::{Brake, Counters, Probe, Work};
 pub use registry::{BUILDERS, BuildOptions, Builder, Engine, Preset, find};
 
+/// The most triangles a leaf holds, in every tree of the thesis.
+pub const MAX_LEAF: usize = 4;
+
 /// Why a builder returned no tree.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BuildError {

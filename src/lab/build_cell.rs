@@ -2,8 +2,7 @@
 
 use super::measure::{Repeats, repeat};
 use super::projection::Model;
-use crate::build::top_down::MAX_LEAF;
-use crate::build::{Brake, BuildError, BuildOptions, Builder, Counters, Preset, Unfinished, Work};
+use crate::build::{Brake, BuildError, BuildOptions, Builder, Counters, MAX_LEAF, Preset, Unfinished, Work};
 use crate::bvh::{Bvh, Coverage, Limits, TreeHash, tree_hash, validate};
 use crate::geom::{Aabb, Triangle};
 use crate::rows::{Construction, Spread};
@@ -59,7 +58,8 @@ pub fn measure_build(triangles: &[Triangle], cell: &BuildCell) -> Measured {
         (cell.builder.timed)(&boxes, &cell.options, brake)
     };
     let begin = Instant::now();
-    let mut brake = Brake::new(cell.budget.map(|b| begin + b));
+    // A budget that the clock cannot hold is no limit.
+    let mut brake = Brake::new(cell.budget.and_then(|b| begin.checked_add(b)));
     let first = build(&mut brake);
     let first_seconds = begin.elapsed().as_secs_f64();
     let bvh = match first {
@@ -86,6 +86,9 @@ pub fn measure_build(triangles: &[Triangle], cell: &BuildCell) -> Measured {
         Ok(again) if tree_hash(&again) == hash => {}
         Ok(_) => return Measured::Failed("two builds of the same triangles gave different trees".into()),
         Err(e) => return Measured::Failed(e.to_string()),
+    }
+    if coverage.q8_nodes as u64 != counters.get(Work::Q8Nodes) {
+        return Measured::Failed("the builder counts other nodes of rule Q8 than the tree holds".into());
     }
     Measured::Ok(Box::new(Built { bvh, hash, coverage, seconds, counters }))
 }

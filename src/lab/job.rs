@@ -39,11 +39,12 @@ impl std::fmt::Display for Job<'_> {
 }
 
 impl Job<'_> {
-    pub fn empty_build_row(&self, triangles: usize) -> BuildRow {
+    pub fn empty_build_row(&self, stage: &Stage) -> BuildRow {
         BuildRow {
             preset: self.preset.id().into(),
             scene: self.scene.into(),
-            triangles,
+            triangles: stage.triangles.len(),
+            scene_hash: stage.hash.clone(),
             construction: self.construction,
             arity: self.arity,
             engine: Engine::Literal.id().into(),
@@ -82,11 +83,11 @@ impl Job<'_> {
         }
     }
 
-    pub fn empty_trace_row(&self, triangles: usize, lighting: Lighting) -> TraceRow {
+    pub fn empty_trace_row(&self, stage: &Stage, lighting: Lighting) -> TraceRow {
         TraceRow {
             preset: self.preset.id().into(),
             scene: self.scene.into(),
-            triangles,
+            triangles: stage.triangles.len(),
             construction: self.construction,
             arity: self.arity,
             lighting,

@@ -5,7 +5,8 @@ pub fn version() -> &'static str {
     concat!(env!("CARGO_PKG_VERSION"), "+rows1")
 }
 
-/// The commit the program was built from, `unknown` outside a checkout.
+/// The commit the program was built from; with `-modified-` and a fingerprint of the sources where they differ from it,
+/// `unknown-` and the fingerprint outside a checkout.
 pub fn commit() -> &'static str {
     env!("BVH_LAB_COMMIT")
 }

@@ -10,7 +10,8 @@ pub struct Repeats {
     pub runs: usize,
     /// No further run begins when those so far, the warm-up included, took this long.
     pub enough: Duration,
-    /// Whether the very first run counts, and no other: in a fresh process, a run into fresh memory.
+    /// Whether the very first build counts, and no other (see [`super::measure_build`]): in a fresh process, a build into
+    /// fresh memory.
     pub cold: bool,
 }
 
@@ -42,7 +43,7 @@ pub fn repeat<E>(repeats: &Repeats, mut run: impl FnMut() -> Result<(), E>) -> R
         run().map(|()| start.elapsed().as_secs_f64())
     };
     let mut seconds = vec![once()?];
-    if !repeats.cold && begin.elapsed() < repeats.enough {
+    if begin.elapsed() < repeats.enough {
         seconds.clear();
         while seconds.len() < repeats.runs.max(1) && (seconds.is_empty() || begin.elapsed() < repeats.enough) {
             seconds.push(once()?);

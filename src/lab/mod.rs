@@ -2,6 +2,7 @@
 
 mod build_cell;
 mod job;
+mod lock;
 mod machine;
 mod measure;
 mod picture;

@@ -2,10 +2,10 @@
 //!
 //! The thesis drew a "projected plot point" for the build that it gave up. Here a build that would pass its budget gets
 //! a time from its counted work: the model below predicts the elementary steps (combinations or distances) of a whole
-//! build and of what was left of it, and the steps done so far calibrate both its scale and the time per step.
+//! build, and the steps done so far give the time per step.
 
-use crate::build::top_down::{MAX_LEAF, Published, Text};
-use crate::build::{BuildOptions, Preset, Unfinished};
+use crate::build::top_down::{Published, Text};
+use crate::build::{BuildOptions, MAX_LEAF, Preset, Unfinished};
 use crate::rows::Construction;
 use std::collections::HashMap;
 
@@ -84,31 +84,36 @@ impl Model {
         (measured > 0.0).then(|| measured_ms * steps / measured)
     }
 
-    /// Milliseconds of a whole build over `n` triangles that was stopped after `steps` and `elapsed_ms`; `None` when no
-    /// step was made.
+    /// Milliseconds of a whole build over `n` triangles that was stopped after `steps` and `elapsed_ms`: the time per step
+    /// so far, times the steps of the whole build. `None` when no step was made.
+    ///
+    /// The steps of a chain follow from its own searches so far; all others from [`Model::steps`].
     pub fn from_stopped(&mut self, n: usize, left: &Unfinished, steps: u64, elapsed_ms: f64) -> Option<f64> {
         if steps == 0 {
             return None;
         }
         let done = steps as f64;
-        let all = self.steps(n);
-        let left: f64 = match (self.construction, self.options.preset) {
-            // Known exactly: what is not done is left.
-            (Construction::BottomUp, Preset::Text | Preset::Walter) => (all - done).max(0.0),
-            _ => {
-                let left: f64 = left.pending.iter().map(|&n| self.steps(n)).sum();
-                let modelled = all - left;
-                if modelled > 0.0 { left * done / modelled } else { all - done }
+        let all = match (self.construction, self.options.preset) {
+            (Construction::BottomUp, Preset::Published) => {
+                // Searches per merge change little, and each looks at all clusters then alive.
+                let square = |n: usize| (n as f64).powi(2);
+                let alive: usize = left.pending.iter().sum();
+                let share = 1.0 - square(alive) / square(n);
+                if share > 0.0 { done / share } else { self.steps(n) }
             }
+            _ => self.steps(n),
         };
-        Some(elapsed_ms * (done + left.max(0.0)) / done)
+        Some(elapsed_ms * all.max(done) / done)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::top_down::binomial;
+    use crate::build::bottom_up::{all_pairs_literal, all_pairs_literal::Distance, chain_literal};
+    use crate::build::top_down::{binomial, published_literal, text_literal};
+    use crate::build::{BuildError, Probe};
+    use crate::scene::Scene;
 
     fn model(construction: Construction, preset: Preset, arity: usize) -> Model {
         Model::new(construction, BuildOptions { arity, preset, ..BuildOptions::default() })
@@ -152,13 +157,53 @@ mod tests {
         }
     }
 
+    /// A probe that stops after a number of steps, and tells how many were made.
+    struct Stop {
+        after: u64,
+        made: u64,
+    }
+
+    impl Probe for Stop {
+        fn go_on(&mut self, steps: u64) -> bool {
+            self.made += steps;
+            self.made < self.after
+        }
+    }
+
+    /// Stops a real build after shares of its steps; the projected time (1 ms a step) must be near the real one.
+    fn check_stopped(n: usize, model: &mut Model, build: &dyn Fn(&mut Stop) -> Result<crate::bvh::Bvh, BuildError>) {
+        let mut whole = Stop { after: u64::MAX, made: 0 };
+        build(&mut whole).unwrap();
+        for share in [0.05, 0.2, 0.5, 0.9] {
+            let mut stop = Stop { after: (whole.made as f64 * share) as u64, made: 0 };
+            let Err(BuildError::Stopped(left)) = build(&mut stop) else { panic!("not stopped") };
+            let projected = model.from_stopped(n, &left, stop.made, stop.made as f64).unwrap();
+            let ratio = projected / whole.made as f64;
+            assert!((0.6..1.7).contains(&ratio), "{model:?} {share}: {ratio}");
+        }
+    }
+
     #[test]
-    fn half_a_top_down_build_projects_to_the_whole() {
-        let mut m = model(Construction::TopDown, Preset::Published, 2);
-        let all = m.steps(4096);
-        let left = Unfinished { pending: vec![2048] };
-        let done = all - m.steps(2048);
-        let whole = m.from_stopped(4096, &left, done as u64, 1.0).unwrap();
-        assert!((whole - all / done).abs() < 1e-3, "{whole} {}", all / done);
+    fn builds_stopped_anywhere_project_to_about_the_whole() {
+        let boxes = Scene::load("thesis:small").unwrap().boxes();
+        let n = boxes.len();
+        for arity in [2, 4] {
+            let params = Published::at_arity(arity);
+            check_stopped(n, &mut model(Construction::TopDown, Preset::Published, arity), &|probe| {
+                published_literal::build(&boxes, &params, probe)
+            });
+        }
+        let mut options = BuildOptions { arity: 4, preset: Preset::Text, ..BuildOptions::default() };
+        options.candidates = Some(16);
+        check_stopped(n, &mut Model::new(Construction::TopDown, options), &|probe| {
+            text_literal::build(&boxes, &Text { arity: 4, planes: 16 }, probe)
+        });
+        check_stopped(n, &mut model(Construction::BottomUp, Preset::Published, 2), &|probe| {
+            chain_literal::build(&boxes, probe, &mut ())
+        });
+        let few = &boxes[..400];
+        check_stopped(400, &mut model(Construction::BottomUp, Preset::Text, 2), &|probe| {
+            all_pairs_literal::build(few, Distance::Centres, probe)
+        });
     }
 }

@@ -8,17 +8,20 @@ use std::time::Instant;
 
 /// Follows the chain's searches and merges in the original's kd-tree.
 #[derive(Debug, Default)]
-struct Replay(OriginalKdTree);
+struct Replay {
+    tree: OriginalKdTree,
+    /// Whether the tree lacked a cluster that the chain has.
+    diverged: bool,
+}
 
 impl Observer for Replay {
     fn search(&mut self, id: u32, centre: Vec3) {
-        self.0.nearest(id, centre);
+        self.diverged |= self.tree.nearest(id, centre).is_none();
     }
 
     fn merge(&mut self, a: (u32, Vec3), b: (u32, Vec3), merged: (u32, Vec3)) {
-        self.0.remove(a.0, a.1);
-        self.0.remove(b.0, b.1);
-        self.0.insert(merged.0, merged.1);
+        self.diverged |= !(self.tree.remove(a.0, a.1) & self.tree.remove(b.0, b.1));
+        self.tree.insert(merged.0, merged.1);
     }
 }
 
@@ -26,16 +29,17 @@ impl Observer for Replay {
 /// by `deadline`.
 ///
 /// # Errors
-/// The chain's, other than being stopped.
-pub fn original_work(boxes: &[Aabb], deadline: Option<Instant>) -> Result<Option<OriginalWork>, BuildError> {
+/// One line: the chain's errors, other than being stopped, or that the kd-tree lost a cluster.
+pub fn original_work(boxes: &[Aabb], deadline: Option<Instant>) -> Result<Option<OriginalWork>, String> {
     let mut replay = Replay::default();
     for (id, aabb) in (0..).zip(boxes) {
-        replay.0.insert(id, aabb.centre().as_vec3());
+        replay.tree.insert(id, aabb.centre().as_vec3());
     }
     match chain_literal::build(boxes, &mut Brake::new(deadline), &mut replay) {
-        Ok(_) => Ok(Some(replay.0.work())),
+        Ok(_) if replay.diverged => Err("the replayed kd-tree lost a cluster of the chain".into()),
+        Ok(_) => Ok(Some(replay.tree.work())),
         Err(BuildError::Stopped(_)) => Ok(None),
-        Err(e) => Err(e),
+        Err(e) => Err(e.to_string()),
     }
 }
 

@@ -2,8 +2,9 @@
 //!
 //! Every finished cell is on disk before the next one begins, and a second run goes on from there.
 
-use super::build_cell::{BuildCell, Measured, measure_build};
+use super::build_cell::{BuildCell, Built, Measured, measure_build};
 use super::job::{Job, fill, outcome};
+use super::lock::Lock;
 use super::machine::{commit, version};
 use super::measure::Repeats;
 use super::replay::original_work;
@@ -20,6 +21,9 @@ pub const SCENES: [&str; 5] = ["thesis:tiny", "thesis:small", "thesis:med", "the
 
 /// Seconds per cell unless the user says otherwise.
 pub const DEFAULT_BUDGET: Duration = Duration::from_secs(20);
+
+/// Note of a row whose build was stopped at work.
+const STOPPED: &str = "stopped by its budget: projected from the work done until then";
 
 /// A cell whose time is known beforehand to pass its budget by so much is not even begun.
 const HOPELESS: f64 = 1.5;
@@ -96,26 +100,34 @@ impl Study {
     /// # Errors
     /// Scenes that cannot be had, rows that cannot be read or written; a cell that fails becomes a row instead.
     pub fn run(&self, watch: &mut dyn Watch) -> Result<(), StudyError> {
+        let _lock = Lock::take(&self.rows)?;
         self.set_aside_other_versions(watch)?;
         let mut builds = RowFile::<BuildRow>::open(&self.rows)?;
         let mut traces = RowFile::<TraceRow>::open(&self.rows)?;
-        let weights = self.weights()?;
+        let stages: Vec<Stage> =
+            self.scenes.iter().map(|name| Scene::load(name).map(|s| Stage::new(&s))).collect::<Result<_, _>>()?;
+        let jobs = self.jobs(&stages);
+        let weights: Vec<f64> = jobs.iter().map(|(job, stage)| self.weight(job, stage, &builds)).collect();
         let all: f64 = weights.iter().sum();
-        let mut weights = weights.into_iter();
         let mut done = 0.0;
-        for &preset in &self.presets {
-            for scene_name in &self.scenes {
-                let scene = Scene::load(scene_name)?;
-                let stage = Stage::new(&scene);
-                for (construction, arity) in self.builds(preset) {
-                    let job = Job { scene: scene_name, preset, construction, arity };
-                    watch.begin(&job.to_string(), done / all);
-                    self.cell(&job, &stage, &mut builds, &mut traces, watch)?;
-                    done += weights.next().unwrap_or(0.0);
-                }
-            }
+        for ((job, stage), weight) in jobs.iter().zip(weights) {
+            watch.begin(&job.to_string(), done / all);
+            self.cell(job, stage, &mut builds, &mut traces, watch)?;
+            done += weight;
         }
         Ok(())
+    }
+
+    /// All cells, in the order in which they are measured: smaller scenes first.
+    fn jobs<'a>(&'a self, stages: &'a [Stage]) -> Vec<(Job<'a>, &'a Stage)> {
+        let mut jobs = Vec::new();
+        for &preset in &self.presets {
+            for (scene, stage) in self.scenes.iter().zip(stages) {
+                let of_scene = |(construction, arity)| (Job { scene, preset, construction, arity }, stage);
+                jobs.extend(self.builds(preset).map(of_scene));
+            }
+        }
+        jobs
     }
 
     /// The wanted builds that have this reading.
@@ -126,45 +138,42 @@ impl Study {
 
     /// Rows of another program are moved aside, not mixed with ours and not lost.
     fn set_aside_other_versions(&self, watch: &mut dyn Watch) -> Result<(), StudyError> {
-        fn other<R: Row>(dir: &Path) -> Option<String> {
-            let rows = read::<R>(dir).ok()?;
-            let (version, commit_of_row) = rows.first()?.origin();
-            ((version, commit_of_row) != (self::version(), commit())).then(|| commit_of_row.to_owned())
+        fn other<R: Row>(dir: &Path) -> Result<Option<String>, RowError> {
+            let rows = read::<R>(dir)?;
+            let foreign = rows.first().filter(|r| r.origin() != (self::version(), commit()));
+            Ok(foreign.map(|r| r.origin().1.to_owned()))
         }
-        let Some(theirs) = other::<BuildRow>(&self.rows).or_else(|| other::<TraceRow>(&self.rows)) else {
+        let Some(theirs) = other::<BuildRow>(&self.rows)?.or(other::<TraceRow>(&self.rows)?) else {
             return Ok(());
         };
         let aside = (1..)
             .map(|k| self.rows.with_file_name(format!("rows-{theirs}-{k}")))
             .find(|p| !p.exists())
             .expect("some number is free");
-        std::fs::rename(&self.rows, &aside).map_err(|source| RowError::Io {
-            what: "move aside",
-            path: self.rows.clone(),
-            source,
-        })?;
+        let io = |what| move |source| RowError::Io { what, path: self.rows.clone(), source };
+        std::fs::create_dir(&aside).map_err(io("set aside"))?;
+        for entry in std::fs::read_dir(&self.rows).map_err(io("read"))? {
+            let entry = entry.map_err(io("read"))?;
+            if entry.file_name() != Lock::FILE {
+                std::fs::rename(entry.path(), aside.join(entry.file_name())).map_err(io("set aside"))?;
+            }
+        }
         watch.say(&format!("rows of commit {theirs} moved to {}; measuring anew", aside.display()));
         Ok(())
     }
 
-    /// Estimated seconds of every cell, in the order of [`Study::run`].
-    fn weights(&self) -> Result<Vec<f64>, StudyError> {
+    /// Estimated seconds of a cell.
+    fn weight(&self, job: &Job, stage: &Stage, builds: &RowFile<BuildRow>) -> f64 {
         /// Steps per second of a literal engine, roughly; only shares matter.
         const RATE: f64 = 5e8;
-        let limit = self.budget.map_or(f64::INFINITY, |b| b.as_secs_f64());
-        let sizes: Vec<usize> =
-            self.scenes.iter().map(|s| Scene::load(s).map(|s| s.triangles.len())).collect::<Result<_, _>>()?;
-        let mut weights = Vec::new();
-        for &preset in &self.presets {
-            for (scene, &n) in self.scenes.iter().zip(&sizes) {
-                for (construction, arity) in self.builds(preset) {
-                    let seconds = Job { scene, preset, construction, arity }.model().steps(n) / RATE;
-                    let building = if seconds > HOPELESS * limit { limit / 20.0 } else { 2.0 * seconds.min(limit) };
-                    weights.push(building + 0.5 * (1 + self.scope.lightings.len()) as f64);
-                }
-            }
+        let row = job.empty_build_row(stage);
+        if builds.get(&row.key()).is_some_and(|r| self.settled(r, stage)) {
+            return 0.01;
         }
-        Ok(weights)
+        let limit = self.budget.map_or(f64::INFINITY, |b| b.as_secs_f64());
+        let seconds = job.model().steps(stage.triangles.len()) / RATE;
+        let building = if seconds > HOPELESS * limit { limit / 20.0 } else { 2.0 * seconds.min(limit) };
+        building + 0.5 * (1 + self.scope.lightings.len()) as f64
     }
 
     /// Measures one build and its pictures, as far as there are no rows of them.
@@ -177,10 +186,11 @@ impl Study {
         watch: &mut dyn Watch,
     ) -> Result<(), StudyError> {
         let mut bvh = None;
-        let row = match builds.get(&job.empty_build_row(stage.triangles.len()).key()) {
-            Some(row) if self.settled(row) => row.clone(),
-            _ => {
-                let (row, built) = self.build(job, stage, builds.rows());
+        let known = builds.get(&job.empty_build_row(stage).key()).cloned();
+        let row = match known {
+            Some(row) if self.settled(&row, stage) => row,
+            known => {
+                let (row, built) = self.build(job, stage, builds.rows(), known);
                 if row.status != Status::Ok {
                     watch.say(&format!("{job}: {}", outcome(&row)));
                 }
@@ -190,12 +200,12 @@ impl Study {
             }
         };
         for &lighting in &self.scope.lightings {
-            let empty = job.empty_trace_row(stage.triangles.len(), lighting);
-            let known = traces.get(&empty.key());
-            if known.is_some_and(|t| t.status == Status::Ok || row.status != Status::Ok) {
+            let empty = job.empty_trace_row(stage, lighting);
+            if traces.get(&empty.key()).is_some_and(|t| belongs(t, &row)) {
                 continue;
             }
             if row.status == Status::Ok && bvh.is_none() {
+                watch.say(&format!("{job}: its tree once more, for the pictures"));
                 bvh = job.rebuild(stage, &row);
             }
             traces.put(job.trace(stage, bvh.as_ref(), &row, empty))?;
@@ -203,24 +213,28 @@ impl Study {
         Ok(())
     }
 
-    /// Whether a row needs no second measurement: it has its figure, or no greater budget than its own is there now.
-    fn settled(&self, row: &BuildRow) -> bool {
+    /// Whether a row needs no second measurement: it is about these triangles, and has its figure, or no greater budget
+    /// than its own is there now.
+    fn settled(&self, row: &BuildRow, stage: &Stage) -> bool {
         let seconds = self.budget.map_or(f64::INFINITY, |b| b.as_secs_f64());
-        match row.status {
-            Status::Ok => true,
-            Status::Capped | Status::Projected => row.budget_s.is_none_or(|b| b >= seconds),
-            Status::Error => false,
-        }
+        row.scene_hash == stage.hash
+            && match row.status {
+                Status::Ok => true,
+                Status::Capped | Status::Projected => row.budget_s.is_none_or(|b| b >= seconds),
+                Status::Error => false,
+            }
     }
 
-    fn build(&self, job: &Job, stage: &Stage, known: &[BuildRow]) -> (BuildRow, Option<Bvh>) {
-        let n = stage.triangles.len();
-        let mut row = job.empty_build_row(n);
+    /// Measures a build; `before` is what an earlier run, of a smaller budget, knew of it.
+    fn build(&self, job: &Job, stage: &Stage, known: &[BuildRow], before: Option<BuildRow>) -> (BuildRow, Option<Bvh>) {
+        let mut row = job.empty_build_row(stage);
         row.budget_s = self.budget.map(|b| b.as_secs_f64());
-        if let Some((ms, from)) = self.foreseen(job, n, known) {
-            row.status = Status::Projected;
-            row.projected_ms = Some(ms);
-            row.note = format!("not begun: projected from {from} by the work in closed form");
+        if let Some((ms, note)) = self.foreseen(&row, job, known) {
+            // A projection from this very build's own work is the better one.
+            if let Some(stopped) = before.filter(|b| b.note == STOPPED && b.scene_hash == stage.hash) {
+                return (BuildRow { budget_s: row.budget_s, ..stopped }, None);
+            }
+            (row.status, row.projected_ms, row.note) = (Status::Projected, Some(ms), note);
             return (row, None);
         }
         let cell = BuildCell {
@@ -232,13 +246,16 @@ impl Study {
         match measure_build(&stage.triangles, &cell) {
             Measured::Ok(built) => {
                 fill(&mut row, &built, stage);
-                self.replay(job, stage, known, &mut row);
+                if let Err(why) = self.checks(job, stage, known, &built, &mut row) {
+                    (row.status, row.note) = (Status::Error, why);
+                    return (row, None);
+                }
                 (row, Some(built.bvh))
             }
             Measured::Capped { projected_ms } => {
                 row.status = if projected_ms.is_some() { Status::Projected } else { Status::Capped };
                 row.projected_ms = projected_ms;
-                row.note = "stopped by its budget: projected from the work done until then".into();
+                row.note = STOPPED.into();
                 (row, None)
             }
             Measured::Failed(why) => {
@@ -248,36 +265,64 @@ impl Study {
         }
     }
 
+    /// What a tree must pass before its figures count, and what its row holds beyond them.
+    fn checks(
+        &self,
+        job: &Job,
+        stage: &Stage,
+        known: &[BuildRow],
+        built: &Built,
+        row: &mut BuildRow,
+    ) -> Result<(), String> {
+        // Rule Q8 can hide triangles from rays; everything else must show a ray what brute force shows it.
+        if built.coverage.hidden == 0 {
+            stage.verify(&built.bvh)?;
+        }
+        if (job.preset, job.construction, job.arity) == (Preset::Published, Construction::BottomUp, 2) {
+            self.replay(stage, known, row)?;
+        }
+        Ok(())
+    }
+
     /// Counts what the original's kd-tree would have done, once a scene. Where that took too long on a smaller scene,
     /// it is not tried.
-    fn replay(&self, job: &Job, stage: &Stage, known: &[BuildRow], row: &mut BuildRow) {
+    fn replay(&self, stage: &Stage, known: &[BuildRow], row: &mut BuildRow) -> Result<(), String> {
         /// Seconds that a replay may take unless there is no budget at all.
         const LONGEST: f64 = 5.0;
-        if (job.preset, job.construction, job.arity) != (Preset::Published, Construction::BottomUp, 2) {
-            return;
-        }
         let tried = |r: &&BuildRow| r.triangles < row.triangles && r.build_key() == row.build_key();
         let gave_up = known.iter().filter(tried).any(|r| r.original_visits.is_none());
         if gave_up && self.budget.is_some() {
-            return;
+            return Ok(());
         }
         let boxes: Vec<_> = stage.triangles.iter().map(crate::geom::Triangle::aabb).collect();
         let limit = self.budget.map(|b| Duration::from_secs_f64(b.as_secs_f64().min(LONGEST)));
-        // Its errors are the chain's, which has just succeeded on the same boxes.
-        if let Ok(Some(work)) = original_work(&boxes, limit.map(|l| Instant::now() + l)) {
+        if let Some(work) = original_work(&boxes, limit.map(|l| Instant::now() + l))? {
             row.original_visits = Some(work.visited);
             row.original_list_steps = Some(work.list_steps);
         }
+        Ok(())
     }
 
-    /// A build time far beyond the budget, foreseen from the same builder's greatest smaller scene, and that scene.
-    fn foreseen(&self, job: &Job, n: usize, known: &[BuildRow]) -> Option<(f64, String)> {
+    /// A build time far beyond the budget, foreseen from the same builder on the greatest smaller scene that was
+    /// measured, else on the greatest that was stopped at work; and the row's note.
+    fn foreseen(&self, row: &BuildRow, job: &Job, known: &[BuildRow]) -> Option<(f64, String)> {
         let budget = self.budget?.as_secs_f64() * 1e3;
-        let row = job.empty_build_row(n);
-        let same = |r: &&BuildRow| r.triangles < n && r.build_key() == row.build_key();
-        let smaller = known.iter().filter(same).max_by_key(|r| r.triangles)?;
-        let ms = smaller.build_ms.or(smaller.projected_ms)?;
-        let ms = job.model().from_smaller(n, smaller.triangles, ms)?;
-        (ms > HOPELESS * budget).then(|| (ms, smaller.scene.clone()))
+        let smaller = || known.iter().filter(|r| r.triangles < row.triangles && r.build_key() == row.build_key());
+        let measured = smaller().filter(|r| r.build_ms.is_some()).max_by_key(|r| r.triangles);
+        let stopped = || smaller().filter(|r| r.note == STOPPED).max_by_key(|r| r.triangles);
+        let from = measured.or_else(stopped)?;
+        let kind = if from.build_ms.is_some() { "the time measured" } else { "the time projected" };
+        let ms = job.model().from_smaller(row.triangles, from.triangles, from.build_ms.or(from.projected_ms)?)?;
+        let note = format!("not begun: projected from {kind} on {} by the work in closed form", from.scene);
+        (ms > HOPELESS * budget).then_some((ms, note))
+    }
+}
+
+/// Whether a picture's row needs no second measurement: it shows this very tree, or says that there is none.
+fn belongs(trace: &TraceRow, build: &BuildRow) -> bool {
+    match build.status {
+        Status::Ok => trace.status == Status::Ok && trace.tree_hash == build.tree_hash,
+        Status::Error => trace.status == Status::Error,
+        Status::Capped | Status::Projected => trace.status == Status::Capped,
     }
 }

@@ -2,11 +2,15 @@
 
 use super::measure::{Repeats, repeat};
 use crate::bvh::Bvh;
-use crate::geom::Triangle;
+use crate::geom::{Hit, Ray, Triangle, WatertightRay};
 use crate::rows::{Lighting, Spread};
 use crate::scene::{Camera, Scene};
-use crate::trace::{ImageCounts, PublishedCamera, Reading, StudyView, THESIS_SIZE, run_image, trace_image};
+use crate::trace::{
+    ImageCounts, PublishedCamera, Reading, Scratch, StudyView, THESIS_SIZE, brute_force, closest_hit, primary_rays,
+    run_image, trace_image, upright,
+};
 use glam::Vec3;
+use rayon::prelude::*;
 
 /// What all pictures of one scene share.
 #[derive(Clone, Debug)]
@@ -17,7 +21,14 @@ pub struct Stage {
     pub normals: Vec<[Vec3; 3]>,
     /// The scene's camera.
     pub camera: Camera,
+    /// Hash of the triangles.
+    pub hash: String,
+    /// Rays over the whole picture, and what brute force says that they hit.
+    reference: Vec<(Ray, Option<Hit>)>,
 }
+
+/// Rays of the reference: enough to meet every object, few enough for brute force.
+const REFERENCE: (u32, u32) = (24, 24);
 
 /// What a picture took.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +42,32 @@ pub struct Traced {
 impl Stage {
     /// Takes what tracing needs out of `scene`.
     pub fn new(scene: &Scene) -> Self {
-        Self { triangles: scene.triangles.clone(), normals: crate::scene::smooth_normals(scene), camera: scene.camera }
+        let rays = primary_rays(&upright(&scene.camera), REFERENCE.0, REFERENCE.1);
+        let by_force = |ray| (ray, brute_force::<WatertightRay>(&scene.triangles, &ray));
+        Self {
+            triangles: scene.triangles.clone(),
+            normals: crate::scene::smooth_normals(scene),
+            camera: scene.camera,
+            hash: blake3::hash(bytemuck::cast_slice(&scene.triangles)).to_hex()[..16].to_owned(),
+            reference: rays.into_par_iter().map(by_force).collect(),
+        }
+    }
+
+    /// Checks that a closest-hit search through `bvh` finds what brute force finds.
+    ///
+    /// # Errors
+    /// One line, where it does not.
+    pub fn verify(&self, bvh: &Bvh) -> Result<(), String> {
+        let mut scratch = Scratch::default();
+        let mut wrong = 0;
+        for (ray, expected) in &self.reference {
+            let found = closest_hit::<WatertightRay, ()>(bvh, &self.triangles, ray, &mut scratch, &mut ());
+            wrong += usize::from(found != *expected);
+        }
+        match wrong {
+            0 => Ok(()),
+            _ => Err(format!("{wrong} of {} rays hit something else than by brute force", self.reference.len())),
+        }
     }
 
     /// Counts, then times one picture of the study.

@@ -88,6 +88,8 @@ pub struct BuildRow {
     pub scene: String,
     /// Triangles in the scene.
     pub triangles: usize,
+    /// Hash of the triangles: a file may change under its name.
+    pub scene_hash: String,
     /// Top-down or bottom-up.
     pub construction: Construction,
     /// 2, 4 or 8.
@@ -98,7 +100,7 @@ pub struct BuildRow {
     pub status: Status,
     /// Seconds the cell was allowed, empty for no limit.
     pub budget_s: Option<f64>,
-    /// Median build time in milliseconds, whole build, warm.
+    /// Median build time in milliseconds, whole build; warm, unless `runs` is 1 because the first took long.
     pub build_ms: Option<f64>,
     /// Least of the runs.
     pub build_ms_min: Option<f64>,
@@ -157,7 +159,7 @@ pub struct BuildRow {
     pub machine: String,
     /// Crate version and row format, such as `0.1.0+rows1`.
     pub version: String,
-    /// Commit of the program, `unknown` outside a checkout.
+    /// Commit of the program, with a fingerprint where its sources are not that commit's.
     pub commit: String,
 }
 
@@ -208,7 +210,7 @@ pub struct TraceRow {
     pub machine: String,
     /// Crate version and row format, such as `0.1.0+rows1`.
     pub version: String,
-    /// Commit of the program, `unknown` outside a checkout.
+    /// Commit of the program, with a fingerprint where its sources are not that commit's.
     pub commit: String,
 }
 

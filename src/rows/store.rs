@@ -61,7 +61,8 @@ pub enum RowError {
     },
 }
 
-/// Reads all rows of one kind from the folder `dir`; a missing file holds no rows.
+/// Reads all rows of one kind from the folder `dir`; a missing file holds no rows, and a last line without its end, left
+/// by a run that was killed while writing, is none.
 ///
 /// # Errors
 /// Unreadable or malformed files, two rows about one cell, rows of different versions or commits.
@@ -72,7 +73,11 @@ pub fn read<R: Row>(dir: &Path) -> Result<Vec<R>, RowError> {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
         Err(source) => return Err(io("read", &path, source)),
     };
-    parse(&path, &text)
+    parse(&path, whole_lines(&text))
+}
+
+fn whole_lines(text: &str) -> &str {
+    &text[..text.rfind('\n').map_or(0, |end| end + 1)]
 }
 
 fn parse<R: Row>(path: &Path, text: &str) -> Result<Vec<R>, RowError> {
@@ -93,16 +98,17 @@ fn parse<R: Row>(path: &Path, text: &str) -> Result<Vec<R>, RowError> {
         if seen.insert(row.key(), i).is_some() {
             return Err(RowError::Duplicate { path: path.into(), key: row.key() });
         }
-        if row.origin() != rows[0].origin() {
-            let name = |(version, commit): (&str, &str)| format!("{version} ({commit})");
-            return Err(RowError::Mixed {
-                path: path.into(),
-                first: name(rows[0].origin()),
-                second: name(row.origin()),
-            });
-        }
+        refuse_mixture(path, &rows[0], row)?;
     }
     Ok(rows)
+}
+
+fn refuse_mixture<R: Row>(path: &Path, first: &R, second: &R) -> Result<(), RowError> {
+    let name = |(version, commit): (&str, &str)| format!("{version} ({commit})");
+    if first.origin() == second.origin() {
+        return Ok(());
+    }
+    Err(RowError::Mixed { path: path.into(), first: name(first.origin()), second: name(second.origin()) })
 }
 
 /// A row file that grows one row at a time; each row is on disk before the next is measured.
@@ -123,11 +129,11 @@ impl<R: Row> RowFile<R> {
         let path = dir.join(R::FILE);
         let rows = match fs::read_to_string(&path) {
             Ok(text) => {
-                let whole = text.rfind('\n').map_or(0, |end| end + 1);
-                let rows = parse(&path, &text[..whole])?;
-                if whole < text.len() {
+                let whole = whole_lines(&text);
+                let rows = parse(&path, whole)?;
+                if whole.len() < text.len() {
                     let file = OpenOptions::new().write(true).open(&path);
-                    file.and_then(|f| f.set_len(whole as u64)).map_err(|e| io("repair", &path, e))?;
+                    file.and_then(|f| f.set_len(whole.len() as u64)).map_err(|e| io("repair", &path, e))?;
                 }
                 rows
             }
@@ -150,8 +156,11 @@ impl<R: Row> RowFile<R> {
     /// Adds a row, or puts it in the place of the one about the same cell.
     ///
     /// # Errors
-    /// The file system's; the file then holds the rows it held before, a new row at its end perhaps in part.
+    /// A row of another program than the first; the file system's: the file then holds the rows it held before, a new row at its end perhaps in part.
     pub fn put(&mut self, row: R) -> Result<(), RowError> {
+        if let Some(first) = self.rows.first() {
+            refuse_mixture(&self.path, first, &row)?;
+        }
         let key = row.key();
         if let Some(old) = self.rows.iter_mut().find(|r| r.key() == key) {
             *old = row;
@@ -259,6 +268,15 @@ mod tests {
         assert_eq!(fs::read_to_string(&path).unwrap(), whole);
         file.put(cell("b", 2.5, "x")).unwrap();
         assert_eq!(read::<Cell>(dir.path()).unwrap().len(), 2);
+    }
+
+    #[test]
+    fn a_row_of_another_program_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut file = RowFile::open(dir.path()).unwrap();
+        file.put(cell("a", 1.0, "x")).unwrap();
+        assert!(matches!(file.put(cell("b", 1.0, "y")), Err(RowError::Mixed { .. })));
+        assert_eq!(read::<Cell>(dir.path()).unwrap().len(), 1);
     }
 
     #[test]

@@ -73,6 +73,7 @@ pub fn build(preset: &str, model: Model, construction: Construction, arity: usiz
         original_unions: 1_000_000,
         pair_distances: 0,
         nearest_searches: 0,
+        scene_hash: "0".into(),
         original_visits: None,
         original_list_steps: None,
         q8_nodes: if q8 { 17 } else { 0 },

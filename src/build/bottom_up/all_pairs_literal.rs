@@ -1,10 +1,10 @@
 //! `bottom-up`, presets `text` and `walter`, engine `literal`: the globally closest pair, all pairs scanned at every step.
 //!
-//! Source: Beick 2014, "Construction Algorithms", by its words (`text`: distance of box centres), and Walter et al. 2008,
+//! Source: Beick 2014, "Construction Algorithms", by its words (`text`: distance of box centres, in f64), and Walter et al. 2008,
 //! which it cites (`walter`: surface area of the union of both boxes, in f64). Among equally close pairs the one with
 //! the smaller first id merges, then the one with the smaller second id.
 
-use super::clusters::{Centres, Cluster, Dead, LANES, clusters, least};
+use super::clusters::{Centres, Cluster, Dead, LANES, Precision, clusters, least};
 use crate::build::{BuildError, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
@@ -26,13 +26,16 @@ pub fn build<P: Probe>(boxes: &[Aabb], distance: Distance, probe: &mut P) -> Res
     check_boxes(boxes)?;
     let clusters = clusters(boxes);
     match distance {
-        Distance::Centres => merge_all(Centres::of(&clusters), clusters, probe),
+        Distance::Centres => merge_all(Centres::of(&clusters, Precision::Double), clusters, probe),
         Distance::UnionArea => merge_all(Boxes(boxes.to_vec()), clusters, probe),
     }
 }
 
 /// What distances are measured by, one entry per live cluster.
 trait Keys {
+    /// Whether a distance is the area of a union.
+    const UNITES: bool;
+
     /// Distances from entry `i` to the entries `from`, from + 1, …, at most [`LANES`] of them; returns how many.
     /// Those beyond them are infinite.
     fn distances(&self, i: usize, from: usize, out: &mut [f64; LANES]) -> usize;
@@ -41,6 +44,8 @@ trait Keys {
 }
 
 impl Keys for Centres {
+    const UNITES: bool = false;
+
     #[inline(always)]
     fn distances(&self, i: usize, from: usize, out: &mut [f64; LANES]) -> usize {
         Centres::distances(self, self.get(i), from, out)
@@ -55,6 +60,8 @@ impl Keys for Centres {
 struct Boxes(Vec<Aabb>);
 
 impl Keys for Boxes {
+    const UNITES: bool = true;
+
     #[inline(always)]
     fn distances(&self, i: usize, from: usize, out: &mut [f64; LANES]) -> usize {
         let others = self.0[from..].iter().take(LANES);
@@ -72,7 +79,7 @@ impl Keys for Boxes {
 
 /// Merges until one cluster is left. The clusters stay in id order: a merged one has the smaller id of its parts and
 /// takes that part's place, so the first of the closest pairs met is the one the tie order wants.
-fn merge_all<P: Probe>(mut keys: impl Keys, mut live: Vec<Cluster>, probe: &mut P) -> Result<Bvh, BuildError> {
+fn merge_all<K: Keys, P: Probe>(mut keys: K, mut live: Vec<Cluster>, probe: &mut P) -> Result<Bvh, BuildError> {
     let mut dead = Dead::default();
     let mut distances = [0.0; LANES];
     while live.len() > 1 {
@@ -82,6 +89,7 @@ fn merge_all<P: Probe>(mut keys: impl Keys, mut live: Vec<Cluster>, probe: &mut 
             while from < live.len() {
                 let n = keys.distances(i, from, &mut distances);
                 probe.add(Work::PairDistances, n as u64);
+                probe.add(Work::BoxUnions, if K::UNITES { n as u64 } else { 0 });
                 if least(&distances) < best.0 {
                     for (j, &d) in (from..).zip(&distances[..n]) {
                         if d < best.0 {
@@ -99,6 +107,7 @@ fn merge_all<P: Probe>(mut keys: impl Keys, mut live: Vec<Cluster>, probe: &mut 
         let second = live.remove(j);
         let merged = live[i].clone().merge(second, &mut dead);
         probe.add(Work::Merges, 1);
+        probe.add(Work::BoxUnions, 1);
         keys.merge(i, j, &merged);
         live[i] = merged;
     }

@@ -7,7 +7,7 @@
 //!
 //! Deviation: the original found nearest clusters in a kd-tree, whose walk decided ties.
 
-use super::clusters::{Centres, Cluster, Dead, LANES, clusters, least};
+use super::clusters::{Centres, Cluster, Dead, LANES, Precision, clusters, least};
 use crate::build::{BuildError, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
@@ -46,14 +46,17 @@ pub fn build<P: Probe, O: Observer>(boxes: &[Aabb], probe: &mut P, observer: &mu
     let mut steps = 0;
     loop {
         let (c, d_bc) = live.nearest(b, probe, observer);
+        let mut looked_at = live.clusters.len();
         if c == a || d <= d_bc {
             let merged = live.merge(a, b, &mut dead, observer);
             probe.add(Work::Merges, 1);
+            probe.add(Work::BoxUnions, 1);
             if live.clusters.len() == 1 {
                 return Ok(live.clusters.remove(0).into_tree(&dead));
             }
             a = merged;
             (b, d) = live.nearest(a, probe, observer);
+            looked_at += live.clusters.len();
             steps = 0;
         } else {
             (a, b) = (b, c);
@@ -62,7 +65,7 @@ pub fn build<P: Probe, O: Observer>(boxes: &[Aabb], probe: &mut P, observer: &mu
                 return Err(BuildError::Circling(steps));
             }
         }
-        if !probe.go_on(live.clusters.len() as u64) {
+        if !probe.go_on(looked_at as u64) {
             return Err(BuildError::Stopped(Unfinished { pending: vec![live.clusters.len()] }));
         }
     }
@@ -76,7 +79,7 @@ struct Live {
 
 impl Live {
     fn new(clusters: Vec<Cluster>) -> Self {
-        let centres = Centres::of(&clusters);
+        let centres = Centres::of(&clusters, Precision::Single);
         Self { clusters, centres }
     }
 
@@ -86,7 +89,7 @@ impl Live {
 
     /// The live cluster nearest to cluster `of`, among equals the one with the lowest id, and its squared distance.
     fn nearest<P: Probe, O: Observer>(&self, of: usize, probe: &mut P, observer: &mut O) -> (usize, f64) {
-        observer.search(self.clusters[of].id, self.clusters[of].centre);
+        observer.search(self.clusters[of].id, self.centres.get(of).as_vec3());
         probe.add(Work::NearestSearches, 1);
         self.scan(self.centres.get(of), Some(of), probe)
     }
@@ -98,7 +101,8 @@ impl Live {
         let mut from = 0;
         while from < self.clusters.len() {
             let n = self.centres.distances(point, from, &mut distances);
-            probe.add(Work::PairDistances, n as u64);
+            let own = except.is_some_and(|of| (from..from + n).contains(&of));
+            probe.add(Work::PairDistances, n as u64 - u64::from(own));
             if least(&distances) <= best.1 {
                 for (i, &d) in (from..).zip(&distances[..n]) {
                     let tied = d == best.1 && best.0 != usize::MAX;
@@ -120,9 +124,10 @@ impl Live {
         self.centres.swap_remove(back);
         let second = self.clusters.swap_remove(back);
         let first = self.clusters[front].clone();
-        let parts = ((first.id, first.centre), (second.id, second.centre));
+        let seen = |c: &Cluster| (c.id, c.centre(Precision::Single).as_vec3());
+        let parts = (seen(&first), seen(&second));
         let merged = first.merge(second, dead);
-        observer.merge(parts.0, parts.1, (merged.id, merged.centre));
+        observer.merge(parts.0, parts.1, seen(&merged));
         self.centres.set(front, &merged);
         self.clusters[front] = merged;
         front

@@ -1,9 +1,9 @@
 //! The clusters of the literal engines: merging two, and the tree that is left in the end.
 
-use super::super::top_down::MAX_LEAF;
+use crate::build::MAX_LEAF;
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// A cluster of triangles: what is below it, and what distances are measured by.
 #[derive(Clone, Debug)]
@@ -12,8 +12,8 @@ pub(super) struct Cluster {
     pub id: u32,
     /// Box around its triangles.
     pub aabb: Aabb,
-    /// Centre of that box, rounded to f32 as in the original's kd-tree.
-    pub centre: Vec3,
+    /// Centre of that box.
+    pub centre: DVec3,
     content: Content,
 }
 
@@ -31,7 +31,7 @@ pub(super) struct Dead(Vec<Cluster>);
 
 impl Cluster {
     fn new(aabb: Aabb, id: u32, content: Content) -> Self {
-        Self { id, aabb, centre: aabb.centre().as_vec3(), content }
+        Self { id, aabb, centre: aabb.centre(), content }
     }
 
     /// The cluster of one triangle.
@@ -86,38 +86,61 @@ pub(super) fn clusters(boxes: &[Aabb]) -> Vec<Cluster> {
 /// Distances computed at a time.
 pub(super) const LANES: usize = 8;
 
+/// How exact centres are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Precision {
+    /// Rounded to f32, as in the original's kd-tree.
+    Single,
+    /// As f64 has them.
+    Double,
+}
+
+impl Cluster {
+    /// The centre of its box, as exact as `precision` has it.
+    pub fn centre(&self, precision: Precision) -> DVec3 {
+        match precision {
+            Precision::Single => self.centre.as_vec3().as_dvec3(),
+            Precision::Double => self.centre,
+        }
+    }
+}
+
 /// Centres by coordinate: one loop over them compiles to SIMD of whatever width there is, with the same results.
-#[derive(Debug, Default)]
-pub(super) struct Centres([Vec<f64>; 3]);
+#[derive(Debug)]
+pub(super) struct Centres {
+    precision: Precision,
+    coordinates: [Vec<f64>; 3],
+}
 
 impl Centres {
     /// The centres of `clusters`, in their order.
-    pub fn of(clusters: &[Cluster]) -> Self {
-        Self([0, 1, 2].map(|axis| clusters.iter().map(|c| f64::from(c.centre[axis])).collect()))
+    pub fn of(clusters: &[Cluster], precision: Precision) -> Self {
+        let axis = |axis: usize| clusters.iter().map(|c| c.centre(precision)[axis]).collect();
+        Self { precision, coordinates: [0, 1, 2].map(axis) }
     }
 
     /// The centre at `index`.
     pub fn get(&self, index: usize) -> DVec3 {
-        DVec3::from_array([0, 1, 2].map(|axis| self.0[axis][index]))
+        DVec3::from_array([0, 1, 2].map(|axis| self.coordinates[axis][index]))
     }
 
     /// Puts the centre of `cluster` at `index`.
     pub fn set(&mut self, index: usize, cluster: &Cluster) {
-        for (axis, coordinates) in self.0.iter_mut().enumerate() {
-            coordinates[index] = f64::from(cluster.centre[axis]);
+        for (axis, coordinates) in self.coordinates.iter_mut().enumerate() {
+            coordinates[index] = cluster.centre(self.precision)[axis];
         }
     }
 
     /// Takes out the centre at `index`; the last one takes its place.
     pub fn swap_remove(&mut self, index: usize) {
-        for coordinates in &mut self.0 {
+        for coordinates in &mut self.coordinates {
             coordinates.swap_remove(index);
         }
     }
 
     /// Takes out the centre at `index`; those behind it move up.
     pub fn remove(&mut self, index: usize) {
-        for coordinates in &mut self.0 {
+        for coordinates in &mut self.coordinates {
             coordinates.remove(index);
         }
     }
@@ -126,7 +149,7 @@ impl Centres {
     /// many. Entries beyond them are infinite.
     #[inline(always)]
     pub fn distances(&self, point: DVec3, from: usize, out: &mut [f64; LANES]) -> usize {
-        let [x, y, z] = &self.0;
+        let [x, y, z] = &self.coordinates;
         let n = (x.len() - from).min(LANES);
         if let (Some(x), Some(y), Some(z)) =
             (x[from..].first_chunk::<LANES>(), y[from..].first_chunk::<LANES>(), z[from..].first_chunk::<LANES>())

@@ -6,9 +6,6 @@
 pub mod published_literal;
 pub mod text_literal;
 
-/// The most triangles a leaf holds, in every tree of the thesis.
-pub const MAX_LEAF: usize = 4;
-
 /// Parameters of the reading `published`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Published {

@@ -5,12 +5,13 @@
 //! evaluates every choice of arity − 1 of them. The cost of a choice is Σ SA(child)/SA(node)·(triangles − 1); the first of
 //! the cheapest wins, in the order x, y, z and then lexicographically.
 //!
-//! Deviations: sums are exact integers (see [`ChildCost`]) where the original adds f32; equal keys are ordered by
+//! Deviations: areas are f64 and sums exact integers (see [`ChildCost`]) where the original has f32 for both, and its
+//! constant 0.125, the same for every choice, is left out; equal keys are ordered by
 //! triangle id where the original's sort was unstable; the box of a run of triangles is computed once per node, where the
 //! original united all boxes again for each combination (counted as [`Work::OriginalUnions`]).
 
-use super::{MAX_LEAF, Published};
-use crate::build::{BuildError, ChildCost, Probe, Unfinished, Work, check_boxes};
+use super::Published;
+use crate::build::{BuildError, ChildCost, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
 use ordered_float::OrderedFloat;

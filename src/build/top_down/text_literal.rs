@@ -13,8 +13,8 @@
 //! without the rounding of the plane's position, so that moving a scene, where its coordinates stay exact, changes
 //! no split.
 
-use super::{MAX_LEAF, Text};
-use crate::build::{BuildError, CHILD_COST_SCALE_BITS, ChildCost, Probe, Unfinished, Work, check_boxes};
+use super::Text;
+use crate::build::{BuildError, CHILD_COST_SCALE_BITS, ChildCost, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
 

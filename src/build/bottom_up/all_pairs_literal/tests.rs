@@ -25,7 +25,7 @@ fn specified(boxes: &[Aabb], distance: Distance) -> String {
         (0..).zip(boxes).map(|(id, b): (u32, _)| (vec![id], *b, format!("[{id}]"))).collect();
     let far = |a: &Aabb, b: &Aabb| match distance {
         Distance::Centres => {
-            let d = a.centre().as_vec3().as_dvec3() - b.centre().as_vec3().as_dvec3();
+            let d = a.centre() - b.centre();
             d.x * d.x + d.y * d.y + d.z * d.z
         }
         Distance::UnionArea => a.union(b).surface_area(),
@@ -63,6 +63,8 @@ proptest! {
             let n = boxes.len() as u64;
             prop_assert_eq!(counters.get(Work::PairDistances), n * (n * n - 1) / 6);
             prop_assert_eq!(counters.get(Work::Merges), n - 1);
+            let united = if distance == Distance::UnionArea { n * (n * n - 1) / 6 } else { 0 };
+            prop_assert_eq!(counters.get(Work::BoxUnions), n - 1 + united);
             prop_assert_eq!(tree_hash(&bvh), tree_hash(&build(&boxes, distance, &mut ()).unwrap()));
         }
     }

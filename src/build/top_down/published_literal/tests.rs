@@ -4,13 +4,15 @@ use super::super::Published;
 use super::build;
 use crate::build::testing::{any_boxes, inner_sizes};
 use crate::build::{Brake, BuildError, ChildCost, Counters, Work};
-use crate::bvh::{Bvh, tree_hash};
+use crate::bvh::{Bvh, Limits, tree_hash, validate};
 use crate::geom::Aabb;
 use glam::Vec3;
 use proptest::prelude::*;
 
-/// The tree as the specification's recursion describes it.
-enum Spec {
+/// The tree as the specification's recursion describes it: each node's box, as taken when its turn came, and content.
+struct Spec(Aabb, Content);
+
+enum Content {
     Leaf { start: usize, n: usize },
     Inner(Vec<Spec>),
 }
@@ -20,7 +22,7 @@ fn specified(boxes: &[Aabb], order: &mut [u32], start: usize, n: usize, p: &Publ
     let union = |slots: &[u32]| Aabb::union_of(slots.iter().map(|&t| &boxes[t as usize]));
     let node = union(&order[start..start + n]);
     if n <= 4 {
-        return Spec::Leaf { start, n };
+        return Spec(node, Content::Leaf { start, n });
     }
     let sort = |order: &mut [u32], axis: usize| {
         order[start..start + n].sort_by(|&a, &b| {
@@ -52,21 +54,25 @@ fn specified(boxes: &[Aabb], order: &mut [u32], start: usize, n: usize, p: &Publ
             }
         }
     }
-    match best {
+    let own_box = |order: &[u32], slot: usize| boxes[order[slot] as usize];
+    let children = match best {
         Some((_, axis, choice)) => {
             sort(order, axis);
             let children = ranges(&choice, n);
-            Spec::Inner(children.into_iter().map(|(a, b)| specified(boxes, order, start + a, b - a, p)).collect())
+            children.into_iter().map(|(a, b)| specified(boxes, order, start + a, b - a, p)).collect()
         }
         None if !p.q8 || start == 0 => {
-            Spec::Inner((start..start + n).map(|start| Spec::Leaf { start, n: 1 }).collect())
+            (start..start + n).map(|slot| Spec(own_box(order, slot), Content::Leaf { start: slot, n: 1 })).collect()
         }
         None => {
-            let mut children: Vec<Spec> = (0..7).map(|_| Spec::Leaf { start, n: 0 }).collect();
+            let empty = |slot| Spec(own_box(order, slot), Content::Leaf { start, n: 0 });
+            let mut children = vec![empty(start)];
+            children.extend((0..6).map(|_| empty(start - 1)));
             children.push(specified(boxes, order, start - 1, n + 1, p));
-            Spec::Inner(children)
+            children
         }
-    }
+    };
+    Spec(node, Content::Inner(children))
 }
 
 fn ranges(splits: &[usize], n: usize) -> Vec<(usize, usize)> {
@@ -90,8 +96,9 @@ fn choices(from: &[usize], k: usize) -> Vec<Vec<usize>> {
 }
 
 fn same(spec: &Spec, order: &[u32], bvh: &Bvh, index: usize) -> bool {
-    match spec {
-        Spec::Leaf { start, n } => {
+    let Spec(aabb, content) = spec;
+    let content_is_same = match content {
+        Content::Leaf { start, n } => {
             let sorted = |ids: &[u32]| {
                 let mut ids = ids.to_vec();
                 ids.sort();
@@ -99,11 +106,12 @@ fn same(spec: &Spec, order: &[u32], bvh: &Bvh, index: usize) -> bool {
             };
             bvh.nodes[index].is_leaf() && sorted(bvh.leaf_triangles(index)) == sorted(&order[*start..start + n])
         }
-        Spec::Inner(children) => {
+        Content::Inner(children) => {
             children.len() == bvh.children(index).len()
                 && children.iter().zip(bvh.children(index)).all(|(spec, child)| same(spec, order, bvh, child))
         }
-    }
+    };
+    bvh.nodes[index].aabb == *aabb && content_is_same
 }
 
 fn check(boxes: &[Aabb], p: &Published) {
@@ -174,15 +182,17 @@ fn rule_q8_at_the_start_makes_leaves_of_one_and_is_counted() {
 
 #[test]
 fn rule_q8_reaches_back_into_its_left_neighbour() {
-    // Two far clusters of four and seven, among eight candidates: the second becomes a node of seven at slot 4.
-    let mut boxes = row(4);
-    boxes.extend(row(7).iter().map(|b| Aabb::new(b.min + Vec3::X * 1e3, b.max + Vec3::X * 1e3)));
-    let p = Published { arity: 8, candidates: 8, q8: true };
+    let boxes = crate::scene::Scene::load("gen:soup:70").unwrap().boxes();
+    let p = Published { arity: 8, candidates: 9, q8: true };
     let mut counters = Counters::default();
     let bvh = build(&boxes, &p, &mut counters).unwrap();
     let q8 = counters.get(Work::Q8Nodes);
-    let empty = (0..bvh.nodes.len()).filter(|&i| bvh.nodes[i].is_leaf() && bvh.nodes[i].count() == 0).count();
+    assert!(q8 > 0, "a scene without such a node tests nothing");
+    let empty = bvh.nodes.iter().filter(|n| n.is_leaf() && n.count() == 0).count();
     assert_eq!(empty as u64, 7 * q8);
+    let coverage = validate(&bvh, &boxes, &Limits { max_leaf: 4, q8: true }).unwrap();
+    assert!(coverage.duplicated > 0);
+    assert_eq!(coverage.q8_nodes as u64, q8);
     check(&boxes, &p);
 }
 

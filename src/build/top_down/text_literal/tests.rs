@@ -1,9 +1,9 @@
 //! The engine against the specification written down word by word, its counts against the closed form.
 
-use super::super::{MAX_LEAF, Text, binomial};
+use super::super::{Text, binomial};
 use super::build;
 use crate::build::testing::any_boxes;
-use crate::build::{Brake, BuildError, ChildCost, Counters, Work};
+use crate::build::{Brake, BuildError, ChildCost, Counters, MAX_LEAF, Work};
 use crate::bvh::{Bvh, tree_hash};
 use crate::geom::Aabb;
 use glam::Vec3;
