@@ -40,7 +40,8 @@ pub struct ReproduceArguments {
     /// No budget: literal builds run to their end, however long
     #[arg(long, conflicts_with = "budget")]
     pub full: bool,
-    /// Seconds that one build may take; beyond that the cell is capped and projected [default: 20]
+    /// Seconds that one build may take (a cell builds twice or more: timed and counted); beyond that it is capped and
+    /// its time projected [default: 20]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub budget: Option<Duration>,
     /// Only what these need, such as table2,table5,figure4

@@ -56,6 +56,14 @@ pub fn run(a: &CompareArguments) -> Outcome {
             hit_hash: traced.map(|t| t.hit_hash),
         });
     }
+    let reference = entries.iter().find(|e| e.build.q8_hidden == Some(0)).and_then(|e| e.hit_hash.clone());
+    for e in entries.iter().filter(|e| e.hit_hash.is_some() && e.hit_hash != reference) {
+        let (builder, preset, k) = (e.build.builder, e.build.preset, e.build.arity);
+        let hidden = e.build.q8_hidden.unwrap_or(0);
+        eprintln!(
+            "bvh-lab: {builder} {preset} arity {k}: rays hit something else than with the others ({hidden} triangles are hidden by rule Q8)"
+        );
+    }
     if a.run.json {
         return json(&serde_json::json!({
             "scene": scene.name,

@@ -1,9 +1,11 @@
 //! Figure 3: the thesis' largest scene, rendered once and kept beside the rows.
 
 use crate::build::{self, BuildOptions, Counters};
-use crate::rows::RowError;
+use crate::rows::{RowError, write_whole};
 use crate::scene::{Scene, SceneError, smooth_normals};
 use crate::trace::{RenderOptions, render, upright};
+use image::ImageFormat;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 /// The scene of the thesis' Figure 3.
@@ -31,13 +33,13 @@ pub enum PictureError {
     },
 }
 
-/// Renders `figure3.png` into the folder of the rows, unless it is there.
+/// Renders `figure3.png` into the folder of the rows, unless a whole one is there; it never stands there in part.
 ///
 /// # Errors
 /// [`PictureError`].
 pub fn figure3(rows: &Path) -> Result<(), PictureError> {
     let path = rows.join("figure3.png");
-    if path.exists() {
+    if image::open(&path).is_ok() {
         return Ok(());
     }
     std::fs::create_dir_all(rows).map_err(|source| RowError::Io { what: "create", path: rows.into(), source })?;
@@ -45,7 +47,10 @@ pub fn figure3(rows: &Path) -> Result<(), PictureError> {
     let builder = build::find("top-down").expect("it is registered");
     let bvh = (builder.counted)(&scene.boxes(), &BuildOptions::default(), &mut Counters::default())?;
     let options = RenderOptions { width: 900, height: 900, samples: 3, ..RenderOptions::default() };
-    render(&scene, &smooth_normals(&scene), &bvh, &upright(&scene.camera), &options)
-        .save(&path)
-        .map_err(|source| PictureError::Encode { path, source })
+    let picture = render(&scene, &smooth_normals(&scene), &bvh, &upright(&scene.camera), &options);
+    let mut png = Vec::new();
+    picture
+        .write_to(&mut Cursor::new(&mut png), ImageFormat::Png)
+        .map_err(|source| PictureError::Encode { path: path.clone(), source })?;
+    write_whole(&path, &png).map_err(PictureError::Write)
 }

@@ -1,8 +1,8 @@
 //! Files of a report: each written whole or not at all, and listed.
 
 use crate::report::ReportError;
+use crate::rows::write_whole;
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// The folder a report goes to, and what has been written there.
@@ -26,18 +26,7 @@ impl Folder {
         let path = self.root.join(name);
         let dir = path.parent().unwrap_or(&self.root);
         fs::create_dir_all(dir).map_err(|e| ReportError::io("create", dir, e))?;
-        let mut builder = tempfile::Builder::new();
-        // Temporary files are private by default; a report is for others to read.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        builder
-            .tempfile_in(dir)
-            .and_then(|mut file| {
-                file.write_all(bytes)?;
-                file.persist(&path).map_err(|e| e.error)?;
-                Ok(())
-            })
-            .map_err(|e| ReportError::io("write", &path, e))?;
+        write_whole(&path, bytes)?;
         self.written.push(path);
         Ok(())
     }

@@ -9,6 +9,9 @@ use std::path::PathBuf;
 /// How close counts as reproduced: 6 %.
 pub const CLOSE: f64 = 0.06;
 
+/// How close counts for an average degree: 0.2 children.
+pub const DEGREES_CLOSE: f64 = 0.2;
+
 /// Cells by how our side of them ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
@@ -74,7 +77,7 @@ impl Summary {
             error_rows: builds.chain(study.traces.iter().map(|r| &r.status)).filter(|s| failed(s)).count(),
             table5: within(study, 5, |model, arity| model != Model::Huge && arity != Some(8)),
             table5_all: within(study, 5, |_, _| true),
-            table3: within(study, 3, |_, _| true),
+            table3: near(study, 3, DEGREES_CLOSE),
             engines_agree: engines_agree(study),
         }
     }
@@ -109,6 +112,20 @@ fn within(study: &Study, table: u8, counts: impl Fn(Model, Option<usize>) -> boo
         if let Some(ratio) = cell.ratio().filter(|_| cell.status == CellStatus::Ok) {
             found.compared += 1;
             found.within += usize::from((ratio - 1.0).abs() <= CLOSE);
+        }
+    }
+    found
+}
+
+/// Cells of a table within so much, as a difference.
+fn near(study: &Study, table: u8, difference: f64) -> Within {
+    let mut found = Within::default();
+    for cell in study.table("published", table).iter().filter(|c| c.printed.flag != Flag::Capped) {
+        found.printed += 1;
+        if let Some((ours, printed)) = cell.ours.zip(cell.printed.reference()).filter(|_| cell.status == CellStatus::Ok)
+        {
+            found.compared += 1;
+            found.within += usize::from((ours - printed.value).abs() <= difference);
         }
     }
     found

@@ -2,7 +2,7 @@
 
 mod store;
 
-pub use store::{Row, RowError, RowFile, read};
+pub use store::{Row, RowError, RowFile, read, write_whole};
 
 use serde::{Deserialize, Serialize};
 

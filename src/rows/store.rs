@@ -176,21 +176,27 @@ impl<R: Row> RowFile<R> {
     }
 
     fn rewrite(&self) -> Result<(), RowError> {
-        let text = csv_text(&self.rows, true);
-        let dir = self.path.parent().unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        // Temporary files are private by default; rows are for others to read.
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        builder
-            .tempfile_in(dir)
-            .and_then(|mut f| {
-                f.write_all(text.as_bytes())?;
-                f.persist(&self.path).map_err(|e| e.error)?;
-                Ok(())
-            })
-            .map_err(|e| io("rewrite", &self.path, e))
+        write_whole(&self.path, csv_text(&self.rows, true).as_bytes())
     }
+}
+
+/// Writes a file beside its place, then moves it there: it is never seen in part.
+///
+/// # Errors
+/// The file system's; what stood there before still does then.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), RowError> {
+    let mut builder = tempfile::Builder::new();
+    // Temporary files are private by default; rows are for others to read.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder
+        .tempfile_in(path.parent().unwrap_or(Path::new(".")))
+        .and_then(|mut file| {
+            file.write_all(bytes)?;
+            file.persist(path).map_err(|e| e.error)?;
+            Ok(())
+        })
+        .map_err(|e| io("write", path, e))
 }
 
 fn csv_text<R: Row>(rows: &[R], headers: bool) -> String {

@@ -78,7 +78,7 @@ fn headlines(summary: &Summary) -> Markup {
         div .tiles {
             (tile(of(&summary.table5), "Table 5 cells within 6 % (Tiny to Large, arity 2 and 4)"))
             (tile(of(&summary.table5_all), "Table 5 cells within 6 %, all that are printed"))
-            (tile(of(&summary.table3), "average degrees (Table 3) within 6 %"))
+            (tile(of(&summary.table3), "average degrees (Table 3) within 0.2"))
             @if summary.engines_agree.1 > 0 {
                 (tile(format!("{} of {}", summary.engines_agree.0, summary.engines_agree.1),
                     "trees built by two engines that are the same, by hash"))

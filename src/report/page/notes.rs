@@ -52,13 +52,16 @@ fn hit_fraction(study: &Study, model: Model) -> Option<f64> {
     rows.filter(|r| r.lighting == Lighting::Primary && r.status == Status::Ok).find_map(|r| r.hit_fraction)
 }
 
-/// Mean of this table's figure less Table 5's, over the model's cells with printed figures, so that all columns mean the same cells.
+/// Mean of this table's figure less Table 5's, over the model's cells with figures on both sides, so that all columns
+/// mean the same cells.
 fn added(study: &Study, preset: &str, table: u8, model: Model, figure: impl Fn(&Cell) -> Option<f64>) -> Option<f64> {
     let (with, without) = (study.table(preset, table), study.table(preset, 5));
     let differences: Vec<f64> = with
         .iter()
         .zip(&without)
-        .filter(|(a, b)| a.printed.model == model && a.printed.printed.is_some() && b.printed.printed.is_some())
+        .filter(|(a, b)| {
+            a.printed.model == model && [a, b].iter().all(|c| c.printed.printed.is_some() && c.ours.is_some())
+        })
         .filter_map(|(a, b)| Some(figure(a)? - figure(b)?))
         .collect();
     (!differences.is_empty()).then(|| differences.iter().sum::<f64>() / differences.len() as f64)
