@@ -59,7 +59,8 @@ pub fn measure_build(triangles: &[Triangle], cell: &BuildCell) -> Measured {
         (cell.builder.timed)(&boxes, &cell.options, brake)
     };
     let begin = Instant::now();
-    let mut brake = Brake::new(cell.budget.map(|b| begin + b));
+    // A budget that the clock cannot hold is no limit.
+    let mut brake = Brake::new(cell.budget.and_then(|b| begin.checked_add(b)));
     let first = build(&mut brake);
     let first_seconds = begin.elapsed().as_secs_f64();
     let bvh = match first {

@@ -10,7 +10,7 @@ use super::replay::original_work;
 use super::trace_cell::Stage;
 use crate::build::{self, Preset};
 use crate::bvh::Bvh;
-use crate::rows::{BuildRow, Construction, Lighting, Row, RowError, RowFile, Status, TraceRow, read};
+use crate::rows::{BuildRow, Construction, Lighting, Row, RowError, RowFile, Status, TraceRow};
 use crate::scene::{Scene, SceneError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -96,10 +96,11 @@ impl Study {
     /// # Errors
     /// Scenes that cannot be had, rows that cannot be read or written; a cell that fails becomes a row instead.
     pub fn run(&self, watch: &mut dyn Watch) -> Result<(), StudyError> {
+        // Loads every scene once: one that cannot be had is told before any row is touched.
+        let weights = self.weights()?;
         self.set_aside_other_versions(watch)?;
         let mut builds = RowFile::<BuildRow>::open(&self.rows)?;
         let mut traces = RowFile::<TraceRow>::open(&self.rows)?;
-        let weights = self.weights()?;
         let all: f64 = weights.iter().sum();
         let mut weights = weights.into_iter();
         let mut done = 0.0;
@@ -121,8 +122,9 @@ impl Study {
     /// Rows of another program are moved aside, not mixed with ours and not lost.
     fn set_aside_other_versions(&self, watch: &mut dyn Watch) -> Result<(), StudyError> {
         fn other<R: Row>(dir: &Path) -> Option<String> {
-            let rows = read::<R>(dir).ok()?;
-            let (version, commit_of_row) = rows.first()?.origin();
+            // Opened, not read: a torn last line must not hide whose rows stand before it.
+            let file = RowFile::<R>::open(dir).ok()?;
+            let (version, commit_of_row) = file.rows().first()?.origin();
             ((version, commit_of_row) != (self::version(), commit())).then(|| commit_of_row.to_owned())
         }
         let Some(theirs) = other::<BuildRow>(&self.rows).or_else(|| other::<TraceRow>(&self.rows)) else {
