@@ -3,7 +3,7 @@
 use super::arguments::SceneArguments;
 use super::build::load;
 use super::output::{json, say, short};
-use super::{Outcome, wrong};
+use super::{Outcome, off, wrong};
 use bvh_lab::scene::{Dropped, Effect, Material, Scene, effects, export_obj};
 use serde::Serialize;
 
@@ -50,6 +50,9 @@ struct MaterialReport<'a> {
 
 /// Runs the command.
 pub fn run(a: &SceneArguments) -> Outcome {
+    if let Some(path) = a.export.as_ref().filter(|p| !p.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"))) {
+        return Err(off(format!("{}: scenes are exported as .obj", path.display())));
+    }
     let scene = load(&a.scene)?;
     if let Some(path) = &a.export {
         export_obj(&scene, path).map_err(wrong)?;

@@ -108,10 +108,10 @@ pub fn run(a: &TraceArguments) -> Outcome {
     set_threads(&a.run)?;
     let options = a.tree.options();
     a.tree.builder.check(&options).map_err(off)?;
+    let kernel = a.kernel().map_err(off)?;
     let scene = load(&a.scene)?;
     let bvh = tree(&scene, &a.tree)?;
     let rays = rays(a, &scene, &bvh)?;
-    let kernel = a.kernel().map_err(off)?;
     let query = if a.rays == RayWord::Any { Query::Any } else { Query::Closest };
     let batch = Batch { kernel, query, bvh: &bvh, triangles: &scene.triangles, rays: &rays };
     let measured = measure(&batch, &repeats(&a.run))?;

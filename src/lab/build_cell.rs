@@ -70,7 +70,7 @@ pub fn measure_build(triangles: &[Triangle], cell: &BuildCell) -> Measured {
     let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
     let coverage = match validate(&bvh, &boxes, &limits(cell)) {
         Ok(coverage) => coverage,
-        Err(violations) => return Measured::Failed(format!("the tree is not valid: {violations}")),
+        Err(violations) => return Measured::Failed(violations.to_string()),
     };
     let hash = tree_hash(&bvh);
     let seconds = if cell.repeats.cold || first_seconds >= cell.repeats.enough.as_secs_f64() {

@@ -11,7 +11,7 @@ use super::replay::original_work;
 use super::trace_cell::Stage;
 use crate::build::{self, Preset};
 use crate::bvh::Bvh;
-use crate::rows::{BuildRow, Construction, Lighting, Row, RowError, RowFile, Status, TraceRow, read};
+use crate::rows::{BuildRow, Construction, Lighting, Row, RowError, RowFile, Status, TraceRow};
 use crate::scene::{Scene, SceneError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -100,12 +100,13 @@ impl Study {
     /// # Errors
     /// Scenes that cannot be had, rows that cannot be read or written; a cell that fails becomes a row instead.
     pub fn run(&self, watch: &mut dyn Watch) -> Result<(), StudyError> {
+        // A scene that cannot be had is told before any row is touched.
+        let stages: Vec<Stage> =
+            self.scenes.iter().map(|name| Scene::load(name).map(|s| Stage::new(&s))).collect::<Result<_, _>>()?;
         let _lock = Lock::take(&self.rows)?;
         self.set_aside_other_versions(watch)?;
         let mut builds = RowFile::<BuildRow>::open(&self.rows)?;
         let mut traces = RowFile::<TraceRow>::open(&self.rows)?;
-        let stages: Vec<Stage> =
-            self.scenes.iter().map(|name| Scene::load(name).map(|s| Stage::new(&s))).collect::<Result<_, _>>()?;
         let jobs = self.jobs(&stages);
         let weights: Vec<f64> = jobs.iter().map(|(job, stage)| self.weight(job, stage, &builds)).collect();
         let all: f64 = weights.iter().sum();
