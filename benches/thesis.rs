@@ -34,7 +34,7 @@ impl Tree {
     /// A tree that is valid and comes out the same twice.
     fn verified(&self) -> Bvh {
         let bvh = self.build();
-        let limits = Limits { max_leaf: build::top_down::MAX_LEAF, q8: false };
+        let limits = Limits { max_leaf: build::MAX_LEAF, q8: false };
         validate(&bvh, &self.boxes, &limits).expect("only valid trees are timed");
         assert_eq!(tree_hash(&bvh), tree_hash(&self.build()));
         bvh

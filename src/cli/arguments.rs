@@ -42,7 +42,7 @@ pub struct ReproduceArguments {
     pub full: bool,
     /// Seconds that one build may take (a cell builds twice or more: timed and counted); beyond that it is capped and
     /// its time projected [default: 20]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub budget: Option<Duration>,
     /// Only what these need, such as table2,table5,figure4
     #[arg(long, value_name = "TABLE|FIGURE", value_delimiter = ',', value_parser = item)]
@@ -104,7 +104,7 @@ pub struct BuildArguments {
     #[command(flatten)]
     pub tree: TreeArguments,
     /// Seconds that the build may take; beyond that it is capped and projected [default: no limit]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub budget: Option<Duration>,
     /// Every timed run in a fresh process, into fresh memory
     #[arg(long)]
@@ -119,7 +119,7 @@ pub struct RunArguments {
     /// Threads [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// Timed runs; fewer where they are long, unless given
+    /// Timed runs, besides one to verify, one to warm up and one to count [default: up to 5, about a second]
     #[arg(long, value_name = "R", value_parser = clap::value_parser!(u16).range(1..=10_000))]
     pub runs: Option<u16>,
     /// One JSON object on standard output
@@ -195,7 +195,7 @@ pub struct CompareArguments {
     #[arg(long, value_delimiter = ',')]
     pub preset: Vec<PresetWord>,
     /// Seconds that one build may take
-    #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = seconds, allow_negative_numbers = true)]
     pub budget: Duration,
     /// Pixels of the camera's rays
     #[arg(long, value_name = "WxH", default_value = "512x512", value_parser = size)]
@@ -346,10 +346,9 @@ impl TreeArguments {
 
 fn seconds(word: &str) -> Result<Duration, String> {
     let number: f64 = word.parse().map_err(|_| "a number of seconds is wanted".to_owned())?;
-    if number > 0.0 {
-        Duration::try_from_secs_f64(number).map_err(|e| e.to_string())
-    } else {
-        Err("more than 0 seconds are wanted".into())
+    match Duration::try_from_secs_f64(number) {
+        Ok(limit) if !limit.is_zero() => Ok(limit),
+        _ => Err("a number of seconds above 0 is wanted; leave it out for the default".into()),
     }
 }
 

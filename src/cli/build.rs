@@ -10,6 +10,7 @@ use bvh_lab::rows::{Spread, Status};
 use bvh_lab::scene::Scene;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 /// EPO is left out above so many triangles.
@@ -27,6 +28,7 @@ pub struct BuildReport {
     pub engine: &'static str,
     pub threads: usize,
     pub status: Status,
+    #[serde(serialize_with = "with_nulls")]
     pub build_ms: Option<Spread>,
     pub projected_ms: Option<f64>,
     pub tree_hash: Option<String>,
@@ -137,11 +139,32 @@ pub fn run(a: &BuildArguments) -> Outcome {
         budget: a.budget,
         repeats: Repeats { cold: in_this_process, ..repeats(&a.run) },
     };
-    let (mut report, _) = BuildReport::measure(&scene, &cell)?;
+    let (mut report, _) = while_waiting(&a.scene, || BuildReport::measure(&scene, &cell))?;
     if a.cold && !in_this_process && report.status == Status::Ok {
         report.build_ms = Some(cold_runs(usize::from(a.run.runs.unwrap_or(5)))?);
     }
     if a.run.json { json(&report) } else { say(&text(&report)) }
+}
+
+/// Does `work`, and says every ten seconds that it is not done yet.
+fn while_waiting<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    const BETWEEN: Duration = Duration::from_secs(10);
+    let (done, is_done) = std::sync::mpsc::channel::<()>();
+    std::thread::scope(|threads| {
+        threads.spawn(move || {
+            let mut waited = Duration::ZERO;
+            while let Err(RecvTimeoutError::Timeout) = is_done.recv_timeout(BETWEEN) {
+                waited += BETWEEN;
+                eprintln!(
+                    "bvh-lab: {what}: still building after {} s; with --budget SECONDS it stops and projects its time",
+                    waited.as_secs()
+                );
+            }
+        });
+        let result = work();
+        drop(done);
+        result
+    })
 }
 
 /// Loads a scene and tells on standard error what there is to tell of it.
@@ -190,6 +213,14 @@ fn cold_runs(runs: usize) -> Result<Spread, Failure> {
     };
     let milliseconds: Result<Vec<f64>, Failure> = (0..runs).map(|_| one()).collect();
     spread(milliseconds?).ok_or_else(|| wrong("no cold run was made"))
+}
+
+/// The object that the interface fixes, its figures `null` where there are none.
+fn with_nulls<S: serde::Serializer>(spread: &Option<Spread>, serializer: S) -> Result<S::Ok, S::Error> {
+    match spread {
+        Some(spread) => spread.serialize(serializer),
+        None => serde_json::json!({"median": null, "min": null, "max": null, "runs": 0}).serialize(serializer),
+    }
 }
 
 fn milliseconds(s: Spread) -> Spread {

@@ -7,6 +7,7 @@ use super::trace::{Measured, measure};
 use super::{Outcome, off};
 use bvh_lab::build::{BUILDERS, Builder, Preset};
 use bvh_lab::lab::BuildCell;
+use bvh_lab::rows::Spread;
 use bvh_lab::trace::{Batch, Kernel, Query, primary_rays};
 use serde::Serialize;
 
@@ -18,7 +19,7 @@ struct Entry {
     nodes_per_ray: Option<f64>,
     box_tests_per_ray: Option<f64>,
     tri_tests_per_ray: Option<f64>,
-    mrays_per_s: Option<f64>,
+    mrays_per_s: Option<Spread>,
     hit_hash: Option<String>,
 }
 
@@ -52,7 +53,7 @@ pub fn run(a: &CompareArguments) -> Outcome {
             nodes_per_ray: traced.as_ref().and_then(|t| t.nodes_per_ray),
             box_tests_per_ray: traced.as_ref().and_then(|t| t.box_tests_per_ray),
             tri_tests_per_ray: traced.as_ref().and_then(|t| t.tri_tests_per_ray),
-            mrays_per_s: traced.as_ref().map(|t| t.mrays_per_s.median),
+            mrays_per_s: traced.as_ref().map(|t| t.mrays_per_s),
             hit_hash: traced.map(|t| t.hit_hash),
         });
     }
@@ -109,7 +110,7 @@ fn text(scene: &str, triangles: usize, entries: &[Entry]) -> String {
             maybe(e.nodes_per_ray),
             maybe(e.box_tests_per_ray),
             maybe(e.tri_tests_per_ray),
-            maybe(e.mrays_per_s),
+            maybe(e.mrays_per_s.map(|s| s.median)),
             e.build.bytes.map_or_else(|| "–".into(), |b| (b / 1000).to_string()),
         ]
     });

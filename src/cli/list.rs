@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use super::arguments::{ListArguments, ListWord};
-use super::output::{json, say, table};
+use super::output::{json, say};
 use bvh_lab::build::BUILDERS;
 use bvh_lab::scene::families::FAMILIES;
 use bvh_lab::scene::thesis;
@@ -28,8 +28,9 @@ pub fn run(a: &ListArguments) -> Outcome {
     if a.json {
         return json(&entries);
     }
-    let rows = entries.into_iter().map(|e| vec![e.id, e.source, e.summary]);
-    say(&table(&["id", "source", "what it is"], 3, rows))
+    let width = entries.iter().map(|e| e.id.len()).max().unwrap_or(0);
+    let line = |e: &Entry| format!("{:width$}  {} ({})", e.id, e.summary, e.source);
+    say(&entries.iter().map(line).collect::<Vec<_>>().join("\n"))
 }
 
 fn entry(id: impl Into<String>, source: impl Into<String>, summary: impl Into<String>) -> Entry {

@@ -105,7 +105,7 @@ fn refused(e: &clap::Error) -> ExitCode {
                 text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
             let line = lines.filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" ");
             let line = line.strip_prefix("error: ").unwrap_or(&line);
-            fail(&format!("{line}; `bvh-lab --help` shows the words"), 2)
+            fail(&format!("{line}; see `bvh-lab COMMAND --help`"), 2)
         }
     }
 }

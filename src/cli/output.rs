@@ -23,7 +23,7 @@ pub fn json(value: &impl Serialize) -> Outcome {
 /// A table whose first `left` columns are words and whose other columns are numbers.
 pub fn table(header: &[&str], left: usize, rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let mut table = Table::new();
-    table.load_style(presets::UTF8_HORIZONTAL_ONLY).set_header(header).add_rows(rows);
+    table.load_style(presets::NOTHING).set_header(header).add_rows(rows);
     for (i, column) in table.column_iter_mut().enumerate() {
         column.set_cell_alignment(if i < left { CellAlignment::Left } else { CellAlignment::Right });
     }
@@ -32,7 +32,8 @@ pub fn table(header: &[&str], left: usize, rows: impl IntoIterator<Item = Vec<St
 
 /// Median with its spread, in `unit`.
 pub fn spread_text(s: &Spread, unit: &str) -> String {
-    format!("{} {unit} ({} … {}, {} runs)", short(s.median), short(s.min), short(s.max), s.runs)
+    let runs = if s.runs == 1 { "run" } else { "runs" };
+    format!("{} {unit} ({} … {}, {} {runs})", short(s.median), short(s.min), short(s.max), s.runs)
 }
 
 /// A figure with three significant digits or more, never in exponent form below a million.

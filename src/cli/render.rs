@@ -5,7 +5,7 @@ use super::build::load;
 use super::output::say;
 use super::trace::tree;
 use super::{Outcome, off, wrong};
-use bvh_lab::scene::smooth_normals;
+use bvh_lab::scene::{Effect, effects, smooth_normals};
 use bvh_lab::trace::{HeatMap, Kernel, Quantity, RenderOptions, render, upright};
 use std::path::{Path, PathBuf};
 
@@ -36,6 +36,11 @@ pub fn run(a: &RenderArguments) -> Outcome {
             map.draw().map_err(wrong)?
         }
     };
+    let left_out: Vec<_> = effects(&scene).iter().map(|e| e.effect).filter(|e| *e != Effect::Emission).collect();
+    if !left_out.is_empty() && a.heatmap.is_none() {
+        let names: Vec<_> = left_out.iter().map(|e| e.id()).collect();
+        eprintln!("bvh-lab: {}: drawn without {}, which its materials call for", scene.name, names.join(", "));
+    }
     picture.save(&path).map_err(|e| wrong(format!("cannot write {}: {e}", path.display())))?;
     say(&format!("{}: {} × {} pixels", path.display(), picture.width(), picture.height()))
 }

@@ -6,6 +6,7 @@ use super::output::{json, say, short};
 use super::{Outcome, off, wrong};
 use bvh_lab::scene::{Dropped, Effect, Material, Scene, effects, export_obj};
 use serde::Serialize;
+use std::path::Path;
 
 /// The JSON object of `scene`.
 #[derive(Debug, Serialize)]
@@ -52,6 +53,10 @@ struct MaterialReport<'a> {
 pub fn run(a: &SceneArguments) -> Outcome {
     if let Some(path) = a.export.as_ref().filter(|p| !p.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"))) {
         return Err(off(format!("{}: scenes are exported as .obj", path.display())));
+    }
+    let same_file = |a: &Path, b: &Path| a.canonicalize().ok().zip(b.canonicalize().ok()).is_some_and(|(a, b)| a == b);
+    if let Some(path) = a.export.as_ref().filter(|p| same_file(p, Path::new(&a.scene))) {
+        return Err(off(format!("{}: that is the scene itself; export it under another name", path.display())));
     }
     let scene = load(&a.scene)?;
     if let Some(path) = &a.export {

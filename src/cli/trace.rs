@@ -32,6 +32,8 @@ struct TraceReport {
     threads: usize,
     kernel: String,
     rays: usize,
+    /// Rays with NaN, infinity, no direction or an empty interval: documented misses.
+    untraceable_rays: usize,
     ray_kind: &'static str,
     mrays_per_s: Spread,
     hits: usize,
@@ -112,6 +114,16 @@ pub fn run(a: &TraceArguments) -> Outcome {
     let scene = load(&a.scene)?;
     let bvh = tree(&scene, &a.tree)?;
     let rays = rays(a, &scene, &bvh)?;
+    if rays.is_empty() {
+        return Err(wrong("there are no rays to trace: the file is empty"));
+    }
+    let untraceable = rays.iter().filter(|r| !r.is_traceable()).count();
+    if untraceable > 0 {
+        eprintln!(
+            "bvh-lab: {untraceable} of {} rays hold NaN, infinity, no direction or an empty interval: they miss",
+            rays.len()
+        );
+    }
     let query = if a.rays == RayWord::Any { Query::Any } else { Query::Closest };
     let batch = Batch { kernel, query, bvh: &bvh, triangles: &scene.triangles, rays: &rays };
     let measured = measure(&batch, &repeats(&a.run))?;
@@ -131,6 +143,7 @@ pub fn run(a: &TraceArguments) -> Outcome {
         threads: rayon::current_num_threads(),
         kernel: a.kernel.0.clone(),
         rays: rays.len(),
+        untraceable_rays: untraceable,
         ray_kind: if a.rays_file.is_some() { "file" } else { a.rays.id() },
         mrays_per_s: measured.mrays_per_s,
         hits: measured.hits,

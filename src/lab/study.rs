@@ -11,7 +11,7 @@ use super::replay::original_work;
 use super::trace_cell::Stage;
 use crate::build::{self, Preset};
 use crate::bvh::Bvh;
-use crate::rows::{BuildRow, Construction, Lighting, Row, RowError, RowFile, Status, TraceRow};
+use crate::rows::{BuildRow, Construction, Lighting, Row, RowError, RowFile, Status, TraceRow, read};
 use crate::scene::{Scene, SceneError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};

@@ -88,9 +88,10 @@ impl fmt::Display for Summary {
         let c = &self.cells;
         write!(
             f,
-            "Table 5: {} of {} cells (Tiny to Large, arity 2 and 4) within 6 %; Tables 2 to 9: {} ok, {} projected, {} capped, \
-             {} error, {} missing; {} files",
+            "Table 5: {} of {} measured cells within 6 % (Tiny to Large, arity 2 and 4; {} are printed); Tables 2 to 9, preset \
+             published: {} ok, {} projected, {} capped, {} error, {} missing; {} files",
             self.table5.within,
+            self.table5.compared,
             self.table5.printed,
             c.ok,
             c.projected,

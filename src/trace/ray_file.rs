@@ -11,7 +11,7 @@ const RAY_BYTES: usize = 32;
 #[derive(Debug, thiserror::Error)]
 pub enum RayFileError {
     /// The file could not be read or written.
-    #[error("cannot read or write {path}: {source}", path = path.display())]
+    #[error("{path}: {source}", path = path.display())]
     Io {
         /// The file.
         path: PathBuf,

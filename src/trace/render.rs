@@ -74,7 +74,8 @@ fn shade(scene: &Scene, normals: &[[Vec3; 3]], ray: &Ray, hit: &Hit, light: DVec
     let triangle = &scene.triangles[id];
     let direction = ray.direction.as_dvec3().normalize();
     let flat = triangle.cross().normalize();
-    let smooth = normals.get(id).and_then(|corners| interpolate(triangle, corners, ray, hit)).unwrap_or(flat);
+    let corners = normals.get(id).map(|corners| corners.map(|n| at_crease(n.as_dvec3(), flat)));
+    let smooth = corners.and_then(|corners| interpolate(triangle, &corners, ray, hit)).unwrap_or(flat);
     // Both sides are lit alike: which side is out is not known of every mesh.
     let normal = if flat.dot(direction) > 0.0 { -smooth } else { smooth };
     let material = &scene.materials[usize::from(scene.material_ids[id])];
@@ -83,13 +84,20 @@ fn shade(scene: &Scene, normals: &[[Vec3; 3]], ray: &Ray, hit: &Hit, light: DVec
     material.diffuse * (0.12 + 0.4 * headlight + 0.55 * key) as f32 + material.emission
 }
 
+/// A corner's normal, or the triangle's own where the two differ by more than 30°: an edge that is meant to be seen.
+/// (Half of the angle between two faces of a box is 45°, between neighbours of a coarse cylinder less than 20°.)
+fn at_crease(smooth: DVec3, flat: DVec3) -> DVec3 {
+    const COS_30_DEGREES: f64 = 0.866_025_403_784_438_6;
+    if smooth.dot(flat) < COS_30_DEGREES { flat } else { smooth }
+}
+
 /// The mean of the corners' normals, weighted by the hit's barycentric coordinates.
-fn interpolate(triangle: &Triangle, corners: &[Vec3; 3], ray: &Ray, hit: &Hit) -> Option<DVec3> {
+fn interpolate(triangle: &Triangle, corners: &[DVec3; 3], ray: &Ray, hit: &Hit) -> Option<DVec3> {
     let point = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(hit.t);
     let area = triangle.cross();
     let [a, b, c] = triangle.v.map(|v| v.as_dvec3() - point);
     let weights = [b.cross(c), c.cross(a), a.cross(b)].map(|opposite| opposite.dot(area).max(0.0));
-    let sum: DVec3 = weights.iter().zip(corners).map(|(&w, n)| n.as_dvec3() * w).sum();
+    let sum: DVec3 = weights.iter().zip(corners).map(|(&w, &n)| n * w).sum();
     sum.try_normalize()
 }
 

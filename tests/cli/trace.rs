@@ -112,7 +112,7 @@ fn rays_from_a_file_see_what_the_same_rays_from_the_camera_see() {
 }
 
 #[test]
-fn odd_rays_miss_and_no_rays_have_no_figures() {
+fn odd_rays_miss_and_are_counted_and_no_rays_are_refused() {
     let lab = Lab::new();
     let towards = Ray::new(Vec3::new(0.0, 0.0, 50.0), Vec3::NEG_Z);
     let odd = [
@@ -126,13 +126,11 @@ fn odd_rays_miss_and_no_rays_have_no_figures() {
     for kernel in ["scalar", "scalar-fast", "first-leaf"] {
         let report = lab.json(&format!("trace thesis:tiny --rays-file odd.rays --kernel {kernel} --runs 1"));
         assert_eq!((&report["rays"], &report["hits"]), (&odd.len().into(), &0.into()), "{kernel}");
+        assert_eq!(report["untraceable_rays"], odd.len(), "{kernel}");
     }
     lab.write("none.rays", "");
-    let report = lab.json("trace thesis:tiny --rays-file none.rays --runs 1 --hits-out none.hits");
-    has_fields(&report, &FIELDS);
-    assert_eq!((&report["rays"], &report["hits"]), (&0.into(), &0.into()));
-    assert!(report["nodes_per_ray"].is_null() && report["tri_tests_per_ray"].is_null());
-    assert!(lab.read("none.hits").is_empty());
+    let line = lab.refuse("trace thesis:tiny --rays-file none.rays", 1);
+    assert!(line.contains("no rays"), "{line}");
 }
 
 #[test]

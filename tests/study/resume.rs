@@ -86,7 +86,8 @@ fn a_missing_picture_is_taken_of_the_tree_that_was_measured() {
     let others: Vec<_> = after.iter().filter(|l| !l.starts_with(&first_tree)).cloned().collect();
     assert_eq!(others.len(), 16);
     write_lines::<TraceRow>(dir.path(), &others);
-    run(dir.path(), &CELLS, "600");
+    let output = reproduce(dir.path(), &CELLS, "600");
+    assert_eq!(output.status.code(), Some(1), "a result that is wrong ends with status 1");
     let errors: Vec<_> = traces(dir.path()).into_iter().filter(|t| t.status == Status::Error).collect();
     assert_eq!(errors.len(), 3);
     assert!(errors.iter().all(|t| t.nodes_per_pixel.is_none() && t.us_per_pixel.is_none() && !t.note.is_empty()));
@@ -128,16 +129,14 @@ fn rows_of_another_commit_are_moved_aside_and_said_so() {
         let old = (change(lines::<BuildRow>(dir.path())), change(lines::<TraceRow>(dir.path())));
         write_lines::<BuildRow>(dir.path(), &old.0);
         write_lines::<TraceRow>(dir.path(), &old.1);
-        if torn {
-            let path = dir.path().join("rows").join(BuildRow::FILE);
-            fs::write(&path, old.0.join("\n") + "\npublished,thesis:ti").unwrap();
-        }
+        let tail = if torn { "\npublished,thesis:ti" } else { "\n" };
+        fs::write(dir.path().join("rows").join(BuildRow::FILE), old.0.join("\n") + tail).unwrap();
         let said = run(dir.path(), &CHEAP, "600");
         let moved = said.lines().find(|l| l.contains("moved")).unwrap_or_else(|| panic!("{said}"));
         assert!(moved.contains(theirs) && moved.contains("rows-0123456789ab-1"), "{moved}");
         let aside = dir.path().join("rows-0123456789ab-1");
         let kept = |file: &str| fs::read_to_string(aside.join(file)).unwrap();
-        assert_eq!(kept(BuildRow::FILE), old.0.join("\n") + "\n");
+        assert_eq!(kept(BuildRow::FILE), old.0.join("\n") + tail);
         assert_eq!(kept(TraceRow::FILE), old.1.join("\n") + "\n");
         let ours = builds(dir.path());
         assert!(ours.len() == 2 && ours.iter().all(|r| r.commit == commit()), "{ours:?}");

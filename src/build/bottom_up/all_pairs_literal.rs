@@ -8,6 +8,7 @@ use super::clusters::{Centres, Cluster, Dead, LANES, Precision, clusters, least}
 use crate::build::{BuildError, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
+use glam::DVec3;
 
 /// What makes two clusters close.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,22 +34,34 @@ pub fn build<P: Probe>(boxes: &[Aabb], distance: Distance, probe: &mut P) -> Res
 
 /// What distances are measured by, one entry per live cluster.
 trait Keys {
+    /// One entry.
+    type Key;
+
     /// Whether a distance is the area of a union.
     const UNITES: bool;
 
-    /// Distances from entry `i` to the entries `from`, from + 1, …, at most [`LANES`] of them; returns how many.
+    /// Entry `i`.
+    fn key(&self, i: usize) -> Self::Key;
+    /// Distances from `key` to the entries `from`, from + 1, …, at most [`LANES`] of them; returns how many.
     /// Those beyond them are infinite.
-    fn distances(&self, i: usize, from: usize, out: &mut [f64; LANES]) -> usize;
+    fn distances(&self, key: &Self::Key, from: usize, out: &mut [f64; LANES]) -> usize;
     /// Takes entry `j` out and puts `merged` at `i`, before it.
     fn merge(&mut self, i: usize, j: usize, merged: &Cluster);
 }
 
 impl Keys for Centres {
+    type Key = DVec3;
+
     const UNITES: bool = false;
 
     #[inline(always)]
-    fn distances(&self, i: usize, from: usize, out: &mut [f64; LANES]) -> usize {
-        Centres::distances(self, self.get(i), from, out)
+    fn key(&self, i: usize) -> DVec3 {
+        self.get(i)
+    }
+
+    #[inline(always)]
+    fn distances(&self, key: &Self::Key, from: usize, out: &mut [f64; LANES]) -> usize {
+        Centres::distances(self, *key, from, out)
     }
 
     fn merge(&mut self, i: usize, j: usize, merged: &Cluster) {
@@ -60,14 +73,21 @@ impl Keys for Centres {
 struct Boxes(Vec<Aabb>);
 
 impl Keys for Boxes {
+    type Key = Aabb;
+
     const UNITES: bool = true;
 
     #[inline(always)]
-    fn distances(&self, i: usize, from: usize, out: &mut [f64; LANES]) -> usize {
+    fn key(&self, i: usize) -> Aabb {
+        self.0[i]
+    }
+
+    #[inline(always)]
+    fn distances(&self, key: &Self::Key, from: usize, out: &mut [f64; LANES]) -> usize {
         let others = self.0[from..].iter().take(LANES);
         let n = others.len();
         out[n..].fill(f64::INFINITY);
-        others.zip(out).for_each(|(other, out)| *out = self.0[i].union(other).surface_area());
+        others.zip(out).for_each(|(other, out)| *out = key.union(other).surface_area());
         n
     }
 
@@ -85,9 +105,10 @@ fn merge_all<K: Keys, P: Probe>(mut keys: K, mut live: Vec<Cluster>, probe: &mut
     while live.len() > 1 {
         let mut best = (f64::INFINITY, 0, 1);
         for i in 0..live.len() {
+            let key = keys.key(i);
             let mut from = i + 1;
             while from < live.len() {
-                let n = keys.distances(i, from, &mut distances);
+                let n = keys.distances(&key, from, &mut distances);
                 probe.add(Work::PairDistances, n as u64);
                 probe.add(Work::BoxUnions, if K::UNITES { n as u64 } else { 0 });
                 if least(&distances) < best.0 {

@@ -120,8 +120,10 @@ impl Centres {
     }
 
     /// The centre at `index`.
+    #[inline(always)]
     pub fn get(&self, index: usize) -> DVec3 {
-        DVec3::from_array([0, 1, 2].map(|axis| self.coordinates[axis][index]))
+        let [x, y, z] = &self.coordinates;
+        DVec3::new(x[index], y[index], z[index])
     }
 
     /// Puts the centre of `cluster` at `index`.
