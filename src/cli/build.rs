@@ -188,16 +188,16 @@ pub fn repeats(run: &RunArguments) -> Repeats {
     }
 }
 
-/// The same command once more in fresh processes, one cold run each.
+/// The same command once more in fresh processes, one cold run each; without a budget, as the build has just kept it.
 fn cold_runs(runs: usize) -> Result<Spread, Failure> {
     let program = std::env::current_exe().map_err(wrong)?;
     let mut words = std::env::args_os().skip(1);
     let mut arguments = Vec::new();
     while let Some(word) = words.next() {
         match word.to_str() {
-            Some("--runs") => drop(words.next()),
+            Some("--runs" | "--budget") => drop(words.next()),
             Some("--json") => {}
-            Some(w) if w.starts_with("--runs=") => {}
+            Some(w) if w.starts_with("--runs=") || w.starts_with("--budget=") => {}
             _ => arguments.push(word),
         }
     }

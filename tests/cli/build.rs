@@ -155,7 +155,7 @@ fn a_budget_that_is_too_small_caps_and_projects() {
 fn cold_runs_are_as_many_as_asked_for_and_of_the_same_tree() {
     let lab = Lab::new();
     let warm = lab.json("build gen:spheres:100 -b bottom-up --runs 3");
-    for words in ["--cold --runs 3", "--runs=3 --cold", "--cold --runs 1"] {
+    for words in ["--cold --runs 3", "--runs=3 --cold --budget=60", "--cold --budget 60 --runs 1"] {
         let cold = lab.json(&format!("build gen:spheres:100 -b bottom-up {words}"));
         check(&cold);
         assert_eq!(cold["tree_hash"], warm["tree_hash"]);

@@ -146,6 +146,6 @@ fn switches_of_the_thesis_kernel() {
     assert_eq!(plain, trace("--tie-slip on"));
     let exact = lab.json("trace thesis:tiny -k 4 --size 60x60 --runs 1");
     assert_ne!(plain.0, exact["hit_hash"], "the first leaf is not always the closest");
-    // The slip only ever adds visits.
-    assert!(trace("--tie-slip off").1 <= plain.1);
+    // The slip enters nodes that need not be entered, some of them twice.
+    assert!(trace("--tie-slip off").1 < plain.1);
 }
