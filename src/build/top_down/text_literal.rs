@@ -7,7 +7,7 @@
 //! choice separates, one plane fewer is tried, and so on; when not even one plane does, the list is halved by id.
 //!
 //! What combinations with a common prefix have in common (the triangles left, the boxes of the slabs between planes of
-//! one axis) is computed once for them; each combination is evaluated and counted on its own, inadmissible ones too.
+//! one axis) is computed once for them, and kept while planes that separate nothing leave the same triangles; each combination is evaluated and counted on its own, inadmissible ones too.
 //!
 //! Deviation: "centre < plane" is decided as (centre − min)·(P + 1) < (i + 1)·extent, which is the same inequality
 //! without the rounding of the plane's position, so that moving a scene, where its coordinates stay exact, changes
@@ -90,10 +90,13 @@ impl<P: Probe> Splitter<'_, P> {
                 best: [0; MAX_PLANES],
                 chosen: [0; MAX_PLANES],
                 steps: 0,
+                fillings: 0,
                 probe: self.probe,
             };
+            self.levels.iter_mut().for_each(|level| level.filled = Filled::NEVER);
             self.levels[0].items.clear();
             self.levels[0].items.extend(0..ids.len() as u32);
+            search.fill(&mut self.levels[0], 0, 0, choose);
             search.axis(0, &mut self.levels, Chosen { depth: 0, left: choose, sum: 0 })?;
             let (best_cost, chosen) = (search.best_cost, search.best);
             if best_cost < INADMISSIBLE {
@@ -152,11 +155,36 @@ struct Level {
     cost: Vec<i64>,
     /// `rest[a]`: the child made of slabs a … P.
     rest: Vec<i64>,
+    /// What the tables were filled for.
+    filled: Filled,
+}
+
+/// What a level holds: enough to see that it would be filled with the same again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Filled {
+    /// Number of this filling; no two fillings of a node have the same.
+    version: u64,
+    /// Filling of the level before it that its triangles were taken from.
+    from: u64,
+    /// How many were taken. Planes of one axis leave nested sets, so as many of the same are the same.
+    items: usize,
+    /// Whether all rows of `cost` are there, or only the first.
+    all_rows: bool,
+}
+
+impl Filled {
+    const NEVER: Self = Self { version: 0, from: 0, items: usize::MAX, all_rows: false };
 }
 
 impl Level {
-    const EMPTY: Self =
-        Self { items: Vec::new(), slabs: Vec::new(), occupied: Vec::new(), cost: Vec::new(), rest: Vec::new() };
+    const EMPTY: Self = Self {
+        items: Vec::new(),
+        slabs: Vec::new(),
+        occupied: Vec::new(),
+        cost: Vec::new(),
+        rest: Vec::new(),
+        filled: Filled::NEVER,
+    };
 
     /// Fills the tables for planes of `axis`; the rows beyond the first only where more than one plane is `left`.
     ///
@@ -253,19 +281,28 @@ struct Search<'a, P> {
     best_cost: i64,
     best: [usize; MAX_PLANES],
     chosen: [usize; MAX_PLANES],
+    /// Combinations since the probe was last asked.
     steps: u64,
+    /// Fillings of levels so far.
+    fillings: u64,
     probe: &'a mut P,
 }
 
 impl<P: Probe> Search<'_, P> {
-    /// Continues the prefix `so_far` with planes of `axis` and the axes after it; the items of `levels[0]` are what is
+    /// Continues the prefix `so_far` with planes of `axis` and the axes after it; `levels[0]` is filled with what is
     /// left. `None` when the probe asked to stop.
     fn axis(&mut self, axis: usize, levels: &mut [Level], so_far: Chosen) -> Option<()> {
         if !self.probe.go_on(std::mem::take(&mut self.steps)) {
             return None;
         }
-        levels[0].fill(&self.node, axis, so_far.left, self.probe);
         self.planes_from(0, axis, levels, so_far)
+    }
+
+    /// Fills `level` with what is left for `axis`, taken from the filling `from` of the level before it.
+    fn fill(&mut self, level: &mut Level, axis: usize, from: u64, left: usize) {
+        self.fillings += 1;
+        level.filled = Filled { version: self.fillings, from, items: level.items.len(), all_rows: left > 1 };
+        level.fill(&self.node, axis, left, self.probe);
     }
 
     /// Continues the prefix with plane `from` of `axis` or a later one.
@@ -296,10 +333,15 @@ impl<P: Probe> Search<'_, P> {
             }
         }
         if let [level, next, ..] = levels {
-            next.items.clear();
             let triangles = self.node.triangles;
-            let left = |&item: &u32| usize::from(triangles[item as usize].bins[axis]) >= from;
-            next.items.extend(level.items.iter().copied().filter(left));
+            let is_left = |&item: &u32| usize::from(triangles[item as usize].bins[axis]) >= from;
+            let taken = level.items.iter().copied().filter(is_left);
+            let Filled { from: before, items, all_rows, .. } = next.filled;
+            if before != level.filled.version || items != taken.clone().count() || (left > 1 && !all_rows) {
+                next.items.clear();
+                next.items.extend(taken);
+                self.fill(next, axis + 1, level.filled.version, left);
+            }
             self.axis(axis + 1, &mut levels[1..], so_far)?;
         }
         Some(())
