@@ -26,11 +26,15 @@ pub enum Work {
     Q8AtStart,
     /// Nodes that no full choice of planes separated: fewer planes, or halves by id, were used.
     Fallbacks,
+    /// Transitions of a dynamic program: a child's term added to the best cost of what is left beside it.
+    DpSteps,
+    /// Entries of a search structure looked at in searches for the nearest cluster: its nodes and its clusters.
+    SearchVisits,
 }
 
 impl Work {
     /// All kinds, in the order of [`Counters`].
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Combinations,
         Self::ChildCosts,
         Self::BoxUnions,
@@ -41,6 +45,8 @@ impl Work {
         Self::Q8Nodes,
         Self::Q8AtStart,
         Self::Fallbacks,
+        Self::DpSteps,
+        Self::SearchVisits,
     ];
 
     /// Its name in rows and JSON.
@@ -56,12 +62,17 @@ impl Work {
             Self::Q8Nodes => "q8_nodes",
             Self::Q8AtStart => "q8_at_start",
             Self::Fallbacks => "fallbacks",
+            Self::DpSteps => "dp_steps",
+            Self::SearchVisits => "search_visits",
         }
     }
 }
 
 /// What a builder tells while it works. `()` is the probe that costs nothing.
 pub trait Probe {
+    /// Whether counts go anywhere: what would be counted only for the probe can be left out where not.
+    const COUNTS: bool = false;
+
     /// `n` units of `work` were done just now.
     #[inline(always)]
     fn add(&mut self, work: Work, n: u64) {
@@ -80,6 +91,8 @@ pub trait Probe {
 impl Probe for () {}
 
 impl<P: Probe> Probe for &mut P {
+    const COUNTS: bool = P::COUNTS;
+
     #[inline(always)]
     fn add(&mut self, work: Work, n: u64) {
         (**self).add(work, n);
@@ -132,6 +145,8 @@ impl Probe for Brake {
 pub struct Counters([u64; Work::ALL.len()]);
 
 impl Probe for Counters {
+    const COUNTS: bool = true;
+
     #[inline(always)]
     fn add(&mut self, work: Work, n: u64) {
         self.0[work as usize] += n;

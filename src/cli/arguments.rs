@@ -237,6 +237,8 @@ pub enum PresetWord {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EngineWord {
+    /// Near-linear work, provably the same tree
+    Exact,
     /// Every combination, every pair
     Literal,
 }
@@ -293,6 +295,7 @@ impl From<PresetWord> for Preset {
 impl From<EngineWord> for Engine {
     fn from(word: EngineWord) -> Self {
         match word {
+            EngineWord::Exact => Self::Exact,
             EngineWord::Literal => Self::Literal,
         }
     }

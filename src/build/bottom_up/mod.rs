@@ -8,3 +8,4 @@
 pub mod all_pairs_literal;
 pub mod chain_literal;
 mod clusters;
+mod merges;
