@@ -71,7 +71,7 @@ pub struct BuildOptions {
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { arity: 2, preset: Preset::Published, engine: Engine::Literal, candidates: None, q8: true }
+        Self { arity: 2, preset: Preset::Published, engine: Engine::Exact, candidates: None, q8: true }
     }
 }
 
@@ -88,6 +88,8 @@ pub struct Builder {
     pub presets: &'static [Preset],
     /// The engines it has; the first is its default.
     pub engines: &'static [Engine],
+    /// The readings and engines that share their work between all threads of the current pool; all others use one.
+    pub parallel: &'static [(Preset, Engine)],
     /// The arities it builds.
     pub arities: &'static [usize],
     /// Builds, for timing: nothing is counted but the steps its brake needs.
@@ -103,7 +105,8 @@ pub const BUILDERS: &[Builder] = &[
         paper: "Beick 2014",
         summary: "exhaustive search over arity - 1 splits at once, on one axis (published) or mixed planes (text)",
         presets: &[Preset::Published, Preset::Text],
-        engines: &[Engine::Literal],
+        engines: &Engine::ALL,
+        parallel: &[],
         arities: &[2, 4, 8],
         timed: top_down::<Brake>,
         counted: top_down::<Counters>,
@@ -113,7 +116,8 @@ pub const BUILDERS: &[Builder] = &[
         paper: "Beick 2014, after Walter et al. 2008",
         summary: "agglomerative clustering, by a chain (published), the closest centres (text) or the least union (walter)",
         presets: &[Preset::Published, Preset::Text, Preset::Walter],
-        engines: &[Engine::Literal],
+        engines: &Engine::ALL,
+        parallel: &[(Preset::Walter, Engine::Exact)],
         arities: &[2, 4, 8],
         timed: bottom_up::<Brake>,
         counted: bottom_up::<Counters>,
@@ -139,7 +143,17 @@ impl Builder {
             let message = format!("{} has no preset {}: use {}", self.id, options.preset.id(), offered.join(" or "));
             return Err(BuildError::Parameter(message));
         }
+        if !self.engines.contains(&options.engine) {
+            let offered: Vec<_> = self.engines.iter().map(|e| e.id()).collect();
+            let message = format!("{} has no engine {}: use {}", self.id, options.engine.id(), offered.join(" or "));
+            return Err(BuildError::Parameter(message));
+        }
         Ok(())
+    }
+
+    /// How many threads a build with `options` shares its work between.
+    pub fn threads(&self, options: &BuildOptions) -> usize {
+        if self.parallel.contains(&(options.preset, options.engine)) { rayon::current_num_threads() } else { 1 }
     }
 }
 

@@ -40,8 +40,8 @@ pub struct ReproduceArguments {
     /// No budget: literal builds run to their end, however long
     #[arg(long, conflicts_with = "budget")]
     pub full: bool,
-    /// Seconds that one build may take (a cell builds twice or more: timed and counted); beyond that it is capped and
-    /// its time projected [default: 15]
+    /// Seconds that one build may take (a cell builds twice or more: timed and counted); beyond that it is capped, and
+    /// the time of a literal build projected [default: 15]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub budget: Option<Duration>,
     /// Only what these need, such as table2,table5,figure4
@@ -87,7 +87,7 @@ pub struct ReadingArguments {
     #[arg(long)]
     pub preset: Option<PresetWord>,
     /// How the work is done; the tree is the same
-    #[arg(long, default_value = "literal")]
+    #[arg(long, default_value = "exact")]
     pub engine: EngineWord,
     /// Rule Q8 of top-down `published` at arity 8; off: one child per triangle instead
     #[arg(long, default_value = "on")]
@@ -194,6 +194,9 @@ pub struct CompareArguments {
     /// Readings of the thesis [default: each that a builder has]
     #[arg(long, value_delimiter = ',')]
     pub preset: Vec<PresetWord>,
+    /// How the work is done; the trees are the same
+    #[arg(long, default_value = "exact")]
+    pub engine: EngineWord,
     /// Seconds that one build may take
     #[arg(long, value_name = "SECONDS", default_value = "20", value_parser = seconds, allow_negative_numbers = true)]
     pub budget: Duration,

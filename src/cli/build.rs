@@ -93,7 +93,7 @@ impl BuildReport {
             arity: options.arity,
             preset: options.preset.id(),
             engine: options.engine.id(),
-            threads: rayon::current_num_threads(),
+            threads: builder.threads(options),
             status: Status::Ok,
             build_ms: None,
             projected_ms: None,

@@ -5,7 +5,7 @@ use super::build::{BuildReport, load, repeats, set_threads};
 use super::output::{json, maybe, say, table};
 use super::trace::{Measured, measure};
 use super::{Outcome, off};
-use bvh_lab::build::{BUILDERS, Builder, Preset};
+use bvh_lab::build::{BUILDERS, BuildOptions, Builder, Preset};
 use bvh_lab::lab::BuildCell;
 use bvh_lab::rows::Spread;
 use bvh_lab::trace::{Batch, Kernel, Query, primary_rays};
@@ -32,7 +32,7 @@ pub fn run(a: &CompareArguments) -> Outcome {
     let mut entries = Vec::new();
     for (builder, preset, arity) in variants {
         eprintln!("bvh-lab: {} {} arity {arity} …", builder.id, preset.id());
-        let options = bvh_lab::build::BuildOptions { arity, preset, ..Default::default() };
+        let options = BuildOptions { arity, preset, engine: a.engine.into(), ..BuildOptions::default() };
         let cell = BuildCell { builder, options, budget: Some(a.budget), repeats: repeats(&a.run) };
         let (build, built) = BuildReport::measure(&scene, &cell)?;
         let traced: Option<Measured> = match &built {

@@ -3,7 +3,7 @@
 use super::Outcome;
 use super::arguments::{ListArguments, ListWord};
 use super::output::{json, say};
-use bvh_lab::build::BUILDERS;
+use bvh_lab::build::{BUILDERS, Builder};
 use bvh_lab::scene::families::FAMILIES;
 use bvh_lab::scene::thesis;
 use bvh_lab::trace::KERNELS;
@@ -15,6 +15,16 @@ struct Entry {
     id: String,
     summary: String,
     source: String,
+    #[serde(flatten)]
+    offers: Option<Offers>,
+}
+
+/// What a builder can be asked for.
+#[derive(Debug, Serialize)]
+struct Offers {
+    presets: Vec<&'static str>,
+    engines: Vec<&'static str>,
+    arities: &'static [usize],
 }
 
 /// Runs the command.
@@ -34,7 +44,7 @@ pub fn run(a: &ListArguments) -> Outcome {
 }
 
 fn entry(id: impl Into<String>, source: impl Into<String>, summary: impl Into<String>) -> Entry {
-    Entry { id: id.into(), summary: summary.into(), source: source.into() }
+    Entry { id: id.into(), summary: summary.into(), source: source.into(), offers: None }
 }
 
 fn scenes() -> Vec<Entry> {
@@ -48,11 +58,16 @@ fn scenes() -> Vec<Entry> {
 }
 
 fn builders() -> Vec<Entry> {
-    let one = |b: &bvh_lab::build::Builder| {
-        let presets: Vec<_> = b.presets.iter().map(|p| p.id()).collect();
+    let one = |b: &Builder| {
+        let offers = Offers {
+            presets: b.presets.iter().map(|p| p.id()).collect(),
+            engines: b.engines.iter().map(|e| e.id()).collect(),
+            arities: b.arities,
+        };
         let arities: Vec<_> = b.arities.iter().map(ToString::to_string).collect();
-        let (presets, arities) = (presets.join(", "), arities.join(", "));
-        entry(b.id, b.paper, format!("{}; presets {presets}; arity {arities}", b.summary))
+        let (presets, engines, arities) = (offers.presets.join(", "), offers.engines.join(", "), arities.join(", "));
+        let summary = format!("{}; presets {presets}; engines {engines}; arity {arities}", b.summary);
+        Entry { offers: Some(offers), ..entry(b.id, b.paper, summary) }
     };
     BUILDERS.iter().map(one).collect()
 }

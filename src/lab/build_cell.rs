@@ -2,7 +2,7 @@
 
 use super::measure::{Repeats, repeat};
 use super::projection::Model;
-use crate::build::{Brake, BuildError, BuildOptions, Builder, Counters, MAX_LEAF, Preset, Unfinished, Work};
+use crate::build::{Brake, BuildError, BuildOptions, Builder, Counters, Engine, MAX_LEAF, Preset, Unfinished, Work};
 use crate::bvh::{Bvh, Coverage, Limits, TreeHash, tree_hash, validate};
 use crate::geom::{Aabb, Triangle};
 use crate::rows::{Construction, Spread};
@@ -52,6 +52,14 @@ pub enum Measured {
 
 /// Builds once and verifies, then times, then counts; in this order, so that no number comes from a wrong tree.
 pub fn measure_build(triangles: &[Triangle], cell: &BuildCell) -> Measured {
+    match measure_uncounted(triangles, cell) {
+        Measured::Ok(built) => counted(triangles, cell, built),
+        unfinished => unfinished,
+    }
+}
+
+/// The same without the pass that counts: all counters are 0.
+pub(super) fn measure_uncounted(triangles: &[Triangle], cell: &BuildCell) -> Measured {
     let build = |brake: &mut Brake| {
         // Boxes are part of the build: it starts from triangles.
         let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
@@ -81,16 +89,21 @@ pub fn measure_build(triangles: &[Triangle], cell: &BuildCell) -> Measured {
             Err(e) => return Measured::Failed(e.to_string()),
         }
     };
-    let mut counters = Counters::default();
-    match (cell.builder.counted)(&boxes, &cell.options, &mut counters) {
-        Ok(again) if tree_hash(&again) == hash => {}
+    Measured::Ok(Box::new(Built { bvh, hash, coverage, seconds, counters: Counters::default() }))
+}
+
+/// Builds once more, counts, and checks that it is the same tree.
+fn counted(triangles: &[Triangle], cell: &BuildCell, mut built: Box<Built>) -> Measured {
+    let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+    match (cell.builder.counted)(&boxes, &cell.options, &mut built.counters) {
+        Ok(again) if tree_hash(&again) == built.hash => {}
         Ok(_) => return Measured::Failed("two builds of the same triangles gave different trees".into()),
         Err(e) => return Measured::Failed(e.to_string()),
     }
-    if coverage.q8_nodes as u64 != counters.get(Work::Q8Nodes) {
+    if built.coverage.q8_nodes as u64 != built.count(Work::Q8Nodes) {
         return Measured::Failed("the builder counts other nodes of rule Q8 than the tree holds".into());
     }
-    Measured::Ok(Box::new(Built { bvh, hash, coverage, seconds, counters }))
+    Measured::Ok(built)
 }
 
 /// What the validation demands of this cell's tree.
@@ -106,8 +119,10 @@ fn construction(builder: &Builder) -> Option<Construction> {
     [Construction::TopDown, Construction::BottomUp].into_iter().find(|c| c.id() == builder.id)
 }
 
+/// The model of the projection knows the work of literal engines alone.
 fn capped(n: usize, cell: &BuildCell, left: &Unfinished, steps: u64, seconds: f64) -> Measured {
     let projected_ms = construction(cell.builder)
+        .filter(|_| cell.options.engine == Engine::Literal)
         .and_then(|c| Model::new(c, cell.options).from_stopped(n, left, steps, seconds * 1e3));
     Measured::Capped { projected_ms }
 }

@@ -6,7 +6,7 @@ use super::measure::Repeats;
 use super::projection::Model;
 use super::text::human_seconds;
 use super::trace_cell::Stage;
-use crate::build::{self, Brake, BuildOptions, Engine, Preset, Work};
+use crate::build::{self, Brake, BuildOptions, Builder, Engine, Preset, Work};
 use crate::bvh::{Bvh, tree_hash};
 use crate::cost::{SahParams, epo, sah, stats};
 use crate::geom::Triangle;
@@ -20,11 +20,16 @@ pub(super) struct Job<'a> {
     pub preset: Preset,
     pub construction: Construction,
     pub arity: usize,
+    pub engine: Engine,
 }
 
 impl Job<'_> {
     pub fn options(&self) -> BuildOptions {
-        BuildOptions { arity: self.arity, preset: self.preset, engine: Engine::Literal, ..BuildOptions::default() }
+        BuildOptions { arity: self.arity, preset: self.preset, engine: self.engine, ..BuildOptions::default() }
+    }
+
+    pub fn builder(&self) -> &'static Builder {
+        build::find(self.construction.id()).expect("both constructions are registered")
     }
 
     pub fn model(&self) -> Model {
@@ -34,7 +39,8 @@ impl Job<'_> {
 
 impl std::fmt::Display for Job<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} {} {} arity {}", self.preset.id(), self.scene, self.construction.id(), self.arity)
+        let (preset, construction) = (self.preset.id(), self.construction.id());
+        write!(f, "{preset} {} {construction} arity {}, {}", self.scene, self.arity, self.engine.id())
     }
 }
 
@@ -47,7 +53,7 @@ impl Job<'_> {
             scene_hash: stage.hash.clone(),
             construction: self.construction,
             arity: self.arity,
-            engine: Engine::Literal.id().into(),
+            engine: self.engine.id().into(),
             status: Status::Capped,
             budget_s: None,
             build_ms: None,
@@ -71,12 +77,14 @@ impl Job<'_> {
             original_unions: 0,
             pair_distances: 0,
             nearest_searches: 0,
+            dp_steps: 0,
+            search_visits: 0,
             original_visits: None,
             original_list_steps: None,
             q8_nodes: 0,
             q8_duplicated: None,
             q8_hidden: None,
-            threads: 1,
+            threads: self.builder().threads(&self.options()),
             machine: machine(),
             version: version().into(),
             commit: commit().into(),
@@ -114,8 +122,7 @@ impl Job<'_> {
     /// The tree of a row measured by an earlier run; `None` if it does not come out the same.
     pub fn rebuild(&self, stage: &Stage, row: &BuildRow) -> Option<Bvh> {
         let boxes: Vec<_> = stage.triangles.iter().map(Triangle::aabb).collect();
-        let builder = build::find(self.construction.id())?;
-        let bvh = (builder.timed)(&boxes, &self.options(), &mut Brake::default()).ok()?;
+        let bvh = (self.builder().timed)(&boxes, &self.options(), &mut Brake::default()).ok()?;
         (row.tree_hash.as_deref() == Some(tree_hash(&bvh).to_string().as_str())).then_some(bvh)
     }
 
@@ -155,8 +162,9 @@ impl Job<'_> {
     }
 }
 
-/// Puts a measured build into its row.
-pub(super) fn fill(row: &mut BuildRow, built: &Built, stage: &Stage) {
+/// Puts a measured build into its row. `twin` is the other engine's row, if it finished: what takes
+/// long to compute is taken from there.
+pub(super) fn fill(row: &mut BuildRow, built: &Built, stage: &Stage, twin: Option<&BuildRow>) {
     let tree = stats(&built.bvh);
     row.status = Status::Ok;
     row.build_ms = Some(built.seconds.median * 1e3);
@@ -171,16 +179,20 @@ pub(super) fn fill(row: &mut BuildRow, built: &Built, stage: &Stage) {
     row.max_depth = Some(tree.max_depth);
     row.max_leaf = Some(tree.max_leaf);
     row.sah = sah(&built.bvh, SahParams::default());
-    row.epo = epo(&built.bvh, &stage.triangles);
+    // The hash leaves boxes out, which rule Q8 can choose freely; equal SAH says that they are equal too.
+    let same = twin.filter(|t| t.tree_hash == row.tree_hash && t.sah == row.sah);
+    row.epo = same.map_or_else(|| epo(&built.bvh, &stage.triangles), |t| t.epo);
     row.bytes = Some(tree.bytes);
+    row.q8_duplicated = Some(built.coverage.duplicated);
+    row.q8_hidden = Some(built.coverage.hidden);
     row.combinations = built.count(Work::Combinations);
     row.box_unions = built.count(Work::BoxUnions);
     row.original_unions = built.count(Work::OriginalUnions);
     row.pair_distances = built.count(Work::PairDistances);
     row.nearest_searches = built.count(Work::NearestSearches);
+    row.dp_steps = built.count(Work::DpSteps);
+    row.search_visits = built.count(Work::SearchVisits);
     row.q8_nodes = built.count(Work::Q8Nodes) + built.count(Work::Q8AtStart);
-    row.q8_duplicated = Some(built.coverage.duplicated);
-    row.q8_hidden = Some(built.coverage.hidden);
 }
 
 /// One line about a build that has no time of its own.

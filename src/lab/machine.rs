@@ -2,7 +2,7 @@
 
 /// Version of the crate and of the row format; rows of different formats are never mixed.
 pub fn version() -> &'static str {
-    concat!(env!("CARGO_PKG_VERSION"), "+rows1")
+    concat!(env!("CARGO_PKG_VERSION"), "+rows2")
 }
 
 /// The commit the program was built from; with `-modified-` and a fingerprint of the sources where they differ from it,

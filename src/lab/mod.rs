@@ -11,6 +11,7 @@ mod replay;
 mod study;
 mod text;
 mod trace_cell;
+mod twin;
 
 pub use build_cell::{BuildCell, Built, Measured, measure_build};
 pub use machine::{commit, machine, version};

@@ -1,15 +1,18 @@
 //! The thesis' study: five geometries, two constructions, three arities, three lighting cases, two readings.
 //!
-//! Every finished cell is on disk before the next one begins, and a second run goes on from there.
+//! The exact engine goes first and fills every cell: its trees are the ones that are traced. The literal engine follows
+//! where its times are wanted; they are measured within a budget, projected beyond it, and its trees must be the same
+//! ones. Every finished cell is on disk before the next one begins, and a second run goes on from there.
 
-use super::build_cell::{BuildCell, Built, Measured, measure_build};
+use super::build_cell::{BuildCell, Built, Measured, measure_build, measure_uncounted};
 use super::job::{Job, fill, outcome};
 use super::lock::Lock;
 use super::machine::{commit, version};
 use super::measure::Repeats;
 use super::replay::original_work;
 use super::trace_cell::Stage;
-use crate::build::{self, Preset};
+use super::twin::{copy_counts, same_tree, same_work, twin};
+use crate::build::{self, Engine, Preset};
 use crate::bvh::Bvh;
 use crate::rows::{BuildRow, Construction, Lighting, Row, RowError, RowFile, Status, TraceRow, read};
 use crate::scene::{Scene, SceneError};
@@ -23,10 +26,10 @@ pub const SCENES: [&str; 5] = ["thesis:tiny", "thesis:small", "thesis:med", "the
 pub const DEFAULT_BUDGET: Duration = Duration::from_secs(15);
 
 /// Note of a row whose build was stopped at work.
-const STOPPED: &str = "stopped by its budget: projected from the work done until then";
+const STOPPED: &str = "stopped: projected from the work done until then";
 
-/// A cell whose time is known beforehand to pass its budget by so much is not even begun.
-const HOPELESS: f64 = 1.5;
+/// A cell whose time is foreseen to pass its budget by so much is not even begun.
+const HOPELESS: f64 = 1.15;
 
 /// What is to be measured, and where the rows go.
 #[derive(Clone, Debug)]
@@ -50,12 +53,14 @@ pub struct Scope {
     pub builds: Vec<(Construction, usize)>,
     /// Lighting cases traced on every tree.
     pub lightings: Vec<Lighting>,
+    /// Whether the literal engine builds the trees too: only its times need that.
+    pub literal: bool,
 }
 
 impl Scope {
     /// The whole study.
     pub fn all() -> Self {
-        Self { builds: Self::every_build(), lightings: Lighting::ALL.to_vec() }
+        Self { builds: Self::every_build(), lightings: Lighting::ALL.to_vec(), literal: true }
     }
 
     /// All six builds of a scene.
@@ -72,6 +77,7 @@ impl Scope {
         self.builds.dedup();
         self.lightings.sort();
         self.lightings.dedup();
+        self.literal |= other.literal;
     }
 }
 
@@ -119,13 +125,17 @@ impl Study {
         Ok(())
     }
 
-    /// All cells, in the order in which they are measured: smaller scenes first.
+    /// All cells, in the order in which they are measured: exact engines first, so that all trees are there early, and
+    /// smaller scenes first, as projections start from them.
     fn jobs<'a>(&'a self, stages: &'a [Stage]) -> Vec<(Job<'a>, &'a Stage)> {
         let mut jobs = Vec::new();
-        for &preset in &self.presets {
-            for (scene, stage) in self.scenes.iter().zip(stages) {
-                let of_scene = |(construction, arity)| (Job { scene, preset, construction, arity }, stage);
-                jobs.extend(self.builds(preset).map(of_scene));
+        for engine in [Engine::Exact, Engine::Literal].into_iter().filter(|&e| e == Engine::Exact || self.scope.literal)
+        {
+            for &preset in &self.presets {
+                for (scene, stage) in self.scenes.iter().zip(stages) {
+                    let of_scene = |(construction, arity)| (Job { scene, preset, construction, arity, engine }, stage);
+                    jobs.extend(self.builds(preset).map(of_scene));
+                }
             }
         }
         jobs
@@ -165,19 +175,21 @@ impl Study {
 
     /// Estimated seconds of a cell.
     fn weight(&self, job: &Job, stage: &Stage, builds: &RowFile<BuildRow>) -> f64 {
-        /// Steps per second of a literal engine, roughly; only shares matter.
-        const RATE: f64 = 5e8;
+        /// Seconds of an exact build per triangle, roughly, verified, timed and counted.
+        const EXACT: f64 = 2e-5;
         let row = job.empty_build_row(stage);
         if builds.get(&row.key()).is_some_and(|r| self.settled(r, stage)) {
             return 0.01;
         }
+        if job.engine == Engine::Exact {
+            return EXACT * stage.triangles.len() as f64 + 0.3 * (1 + self.scope.lightings.len()) as f64;
+        }
         let limit = self.budget.map_or(f64::INFINITY, |b| b.as_secs_f64());
-        let seconds = job.model().steps(stage.triangles.len()) / RATE;
-        let building = if seconds > HOPELESS * limit { limit / 20.0 } else { 2.0 * seconds.min(limit) };
-        building + 0.5 * (1 + self.scope.lightings.len()) as f64
+        let seconds = literal_seconds(job, stage);
+        if seconds > HOPELESS * limit { limit / 20.0 } else { 0.5 + 2.0 * seconds.min(limit) }
     }
 
-    /// Measures one build and its pictures, as far as there are no rows of them.
+    /// Measures one build, and the pictures of an exact one, as far as there are no rows of them.
     fn cell(
         &self,
         job: &Job,
@@ -200,7 +212,8 @@ impl Study {
                 row
             }
         };
-        for &lighting in &self.scope.lightings {
+        let pictures = if job.engine == Engine::Exact { &self.scope.lightings[..] } else { &[] };
+        for &lighting in pictures {
             let empty = job.empty_trace_row(stage, lighting);
             if traces.get(&empty.key()).is_some_and(|t| belongs(t, &row)) {
                 continue;
@@ -239,24 +252,31 @@ impl Study {
             return (row, None);
         }
         let cell = BuildCell {
-            builder: build::find(job.construction.id()).expect("both constructions are registered"),
+            builder: job.builder(),
             options: job.options(),
-            budget: self.budget,
+            budget: self.allowed(job, stage),
             repeats: Repeats::default(),
         };
-        match measure_build(&stage.triangles, &cell) {
+        let counts = same_work(known, &row);
+        let measure = if counts.is_some() { measure_uncounted } else { measure_build };
+        match measure(&stage.triangles, &cell) {
             Measured::Ok(built) => {
-                fill(&mut row, &built, stage);
+                let other = twin(known, &row);
+                row.tree_hash = Some(built.hash.to_string());
                 if let Err(why) = self.checks(job, stage, known, &built, &mut row) {
                     (row.status, row.note) = (Status::Error, why);
                     return (row, None);
                 }
+                fill(&mut row, &built, stage, other);
+                counts.into_iter().for_each(|from| copy_counts(from, &mut row));
                 (row, Some(built.bvh))
             }
-            Measured::Capped { projected_ms } => {
-                row.status = if projected_ms.is_some() { Status::Projected } else { Status::Capped };
-                row.projected_ms = projected_ms;
-                row.note = STOPPED.into();
+            Measured::Capped { projected_ms: Some(ms) } => {
+                (row.status, row.projected_ms, row.note) = (Status::Projected, Some(ms), STOPPED.into());
+                (row, None)
+            }
+            Measured::Capped { projected_ms: None } => {
+                (row.status, row.note) = (Status::Capped, "stopped by its budget".into());
                 (row, None)
             }
             Measured::Failed(why) => {
@@ -264,6 +284,16 @@ impl Study {
                 (row, None)
             }
         }
+    }
+
+    /// Seconds that a build may take. One that is far beyond its budget by the model alone, with no smaller scene to
+    /// foresee that from, is only tried: what it does in a third of the time projects it as well.
+    fn allowed(&self, job: &Job, stage: &Stage) -> Option<Duration> {
+        /// The model's rate is rough: so much beyond the budget is beyond doubt.
+        const FAR: f64 = 10.0;
+        let budget = self.budget?;
+        let far = job.engine == Engine::Literal && literal_seconds(job, stage) > FAR * budget.as_secs_f64();
+        Some(if far { budget / 3 } else { budget })
     }
 
     /// What a tree must pass before its figures count, and what its row holds beyond them.
@@ -275,11 +305,15 @@ impl Study {
         built: &Built,
         row: &mut BuildRow,
     ) -> Result<(), String> {
+        if let Some(other) = twin(known, row) {
+            same_tree(&built.hash.to_string(), other)?;
+        }
         // Rule Q8 can hide triangles from rays; everything else must show a ray what brute force shows it.
         if built.coverage.hidden == 0 {
             stage.verify(&built.bvh)?;
         }
-        if (job.preset, job.construction, job.arity) == (Preset::Published, Construction::BottomUp, 2) {
+        let chain = (Preset::Published, Construction::BottomUp, 2, Engine::Literal);
+        if (job.preset, job.construction, job.arity, job.engine) == chain {
             self.replay(stage, known, row)?;
         }
         Ok(())
@@ -307,6 +341,9 @@ impl Study {
     /// A build time far beyond the budget, foreseen from the same builder on the greatest smaller scene that was
     /// measured, else on the greatest that was stopped at work; and the row's note.
     fn foreseen(&self, row: &BuildRow, job: &Job, known: &[BuildRow]) -> Option<(f64, String)> {
+        if job.engine != Engine::Literal {
+            return None;
+        }
         let budget = self.budget?.as_secs_f64() * 1e3;
         let smaller = || known.iter().filter(|r| r.triangles < row.triangles && r.build_key() == row.build_key());
         let measured = smaller().filter(|r| r.build_ms.is_some()).max_by_key(|r| r.triangles);
@@ -317,6 +354,13 @@ impl Study {
         let note = format!("not begun: projected from {kind} on {} by the work in closed form", from.scene);
         (ms > HOPELESS * budget).then_some((ms, note))
     }
+}
+
+/// Seconds of a literal build by the model alone, at the rate of a machine of 2026.
+fn literal_seconds(job: &Job, stage: &Stage) -> f64 {
+    /// Steps per second, roughly.
+    const RATE: f64 = 5e8;
+    job.model().steps(stage.triangles.len()) / RATE
 }
 
 /// Whether a picture's row needs no second measurement: it shows this very tree, or says that there is none.

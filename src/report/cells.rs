@@ -55,9 +55,17 @@ pub(crate) struct Cell {
     pub note: String,
     /// The engine that built the tree, empty where the row does not say.
     pub engine: String,
+    /// Seconds that the exact engine took for the same tree (Table 2).
+    pub exact: Option<f64>,
 }
 
 impl Cell {
+    /// How often the exact engine's time goes into ours.
+    pub fn exact_ratio(&self) -> Option<f64> {
+        let exact = self.exact.filter(|&s| s > 0.0)?;
+        self.ours.map(|literal| literal / exact)
+    }
+
     /// Ours ÷ the corrected (else the printed) figure.
     pub fn ratio(&self) -> Option<f64> {
         let reference = self.printed.reference()?.value;
@@ -77,6 +85,7 @@ impl Cell {
             budget: None,
             note: String::new(),
             engine: String::new(),
+            exact: None,
         }
     }
 
@@ -118,7 +127,10 @@ impl Study {
             return self.size_cell(printed);
         };
         match printed.table {
-            2 => self.time_cell(preset, printed, construction, arity),
+            2 => Cell {
+                exact: self.time_cell(preset, printed, "exact").ours,
+                ..self.time_cell(preset, printed, "literal")
+            },
             3 => self.degree_cell(preset, printed, construction, arity),
             _ => self.trace_cell(preset, printed, construction, arity),
         }
@@ -132,7 +144,13 @@ impl Study {
         size.map_or(Cell::missing(printed), |n| Cell::missing(printed).outcome(Status::Ok, Some(n as f64), None, ""))
     }
 
-    /// Rows about one tree, the literal engine's first: the thesis' times are those of the literal work.
+    /// Table 2 once more, with the exact engine's times.
+    pub fn exact_times(&self, preset: &str) -> Vec<Cell> {
+        let cells = printed::cells().iter().filter(|p| p.table == 2 && !p.is_size_column());
+        cells.map(|p| self.time_cell(preset, p, "exact")).collect()
+    }
+
+    /// Rows about one tree, the exact engine's first.
     pub fn builds_of(&self, preset: &str, model: Model, construction: Construction, arity: usize) -> Vec<&BuildRow> {
         let scene = model.scene();
         let mut rows: Vec<_> = self
@@ -140,13 +158,14 @@ impl Study {
             .iter()
             .filter(|r| r.preset == preset && r.scene == scene && r.construction == construction && r.arity == arity)
             .collect();
-        rows.sort_by_key(|r| r.engine != "literal");
+        rows.sort_by_key(|r| r.engine != "exact");
         rows
     }
 
-    fn time_cell(&self, preset: &str, printed: &'static Printed, construction: Construction, arity: usize) -> Cell {
-        let rows = self.builds_of(preset, printed.model, construction, arity);
-        let Some(row) = rows.first() else {
+    /// The time of one engine. The thesis' times are those of the literal work: no other engine's may stand in for them.
+    fn time_cell(&self, preset: &str, printed: &'static Printed, engine: &str) -> Cell {
+        let rows = printed.construction.zip(printed.arity).map(|(c, k)| self.builds_of(preset, printed.model, c, k));
+        let Some(row) = rows.into_iter().flatten().find(|r| r.engine == engine) else {
             return Cell::missing(printed);
         };
         let seconds = |ms: Option<f64>| ms.map(|ms| ms / 1000.0);

@@ -92,6 +92,8 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
             let text = tables::csv_text(&study.table(preset, number));
             folder.write(&format!("{dir}/table{number}.csv"), text.as_bytes())?;
         }
+        let engines = tables::engines_csv(&study.table(preset, 2), &study.exact_times(preset));
+        folder.write(&format!("{dir}/table2-exact.csv"), engines.as_bytes())?;
     }
 
     let figures = figures::draw_all(&study, rows_dir)?;

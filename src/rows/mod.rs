@@ -142,6 +142,10 @@ pub struct BuildRow {
     pub pair_distances: u64,
     /// Searches for a nearest cluster.
     pub nearest_searches: u64,
+    /// Transitions of a dynamic program (engine `exact`, top-down).
+    pub dp_steps: u64,
+    /// Entries of search structures looked at (engine `exact`, bottom-up).
+    pub search_visits: u64,
     /// Nodes that the original's kd-tree would have visited (bottom-up `published`, arity 2, where the replay fits its
     /// budget).
     pub original_visits: Option<u64>,
@@ -157,7 +161,7 @@ pub struct BuildRow {
     pub threads: usize,
     /// Processor and operating system.
     pub machine: String,
-    /// Crate version and row format, such as `0.1.0+rows1`.
+    /// Crate version and row format, such as `0.1.0+rows2`.
     pub version: String,
     /// Commit of the program, with a fingerprint where its sources are not that commit's.
     pub commit: String,
@@ -208,7 +212,7 @@ pub struct TraceRow {
     pub threads: usize,
     /// Processor and operating system.
     pub machine: String,
-    /// Crate version and row format, such as `0.1.0+rows1`.
+    /// Crate version and row format, such as `0.1.0+rows2`.
     pub version: String,
     /// Commit of the program, with a fingerprint where its sources are not that commit's.
     pub commit: String,

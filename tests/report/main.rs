@@ -56,6 +56,7 @@ fn everything_is_written_and_listed_and_the_same_twice() {
         expected.push(format!("tables/table{number}.csv"));
         expected.push(format!("tables/text/table{number}.csv"));
     }
+    expected.extend(["tables/table2-exact.csv", "tables/text/table2-exact.csv"].map(str::to_owned));
     for figure in ["figure3", "figure4", "figure5", "figure4_text", "figure5_text"] {
         expected.push(format!("figures/{figure}.svg"));
         expected.push(format!("figures/{figure}.png"));

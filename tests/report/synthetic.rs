@@ -73,6 +73,8 @@ pub fn build(preset: &str, model: Model, construction: Construction, arity: usiz
         original_unions: 1_000_000,
         pair_distances: 0,
         nearest_searches: 0,
+        dp_steps: 0,
+        search_visits: 0,
         scene_hash: "0".into(),
         original_visits: None,
         original_list_steps: None,
@@ -81,7 +83,7 @@ pub fn build(preset: &str, model: Model, construction: Construction, arity: usiz
         q8_hidden: q8.then_some(2),
         threads: 1,
         machine: "Synthetic CPU, Linux".to_owned(),
-        version: "0.1.0+rows1".to_owned(),
+        version: "0.1.0+rows2".to_owned(),
         commit: "0123abcd".to_owned(),
     }
 }
@@ -130,7 +132,7 @@ pub fn trace(preset: &str, model: Model, construction: Construction, arity: usiz
         note: String::new(),
         threads: 1,
         machine: "Synthetic CPU, Linux".to_owned(),
-        version: "0.1.0+rows1".to_owned(),
+        version: "0.1.0+rows2".to_owned(),
         commit: "0123abcd".to_owned(),
     }
 }

@@ -87,7 +87,7 @@ fn headlines(summary: &Summary) -> Markup {
             (tile(of(&summary.table3), "average degrees (Table 3) within 0.2"))
             @if summary.engines_agree.1 > 0 {
                 (tile(format!("{} of {}", summary.engines_agree.0, summary.engines_agree.1),
-                    "trees built by two engines that are the same, by hash"))
+                    "trees that two engines built and that are the same, by hash"))
             }
         }
         p .soft {

@@ -59,6 +59,13 @@ fn table(study: &Study, preset: &str, number: u8) -> Markup {
             }
         }
         (notes.markup())
+        @if number == 2 {
+            p .soft {
+                "Ours is the time of the literal engine, which does the work that the thesis describes; projected where it would take longer \
+                 than its budget. Below it, the time of the exact engine for the same tree, and how often that goes into the literal one. "
+                a href=(format!("{folder}/table2-exact.csv")) { "CSV of both" }
+            }
+        }
     }
 }
 
@@ -117,6 +124,12 @@ fn cell_markup(cell: &Cell, notes: &mut Notes) -> Markup {
             span .ours { (our_markup(cell)) }
             @if let Some(ratio) = cell.ratio() {
                 span .ratio { @if time { (padded(ratio, 3)) " ×" } @else { (percent(ratio)) } }
+            }
+            @if let Some(seconds) = cell.exact {
+                span .exact {
+                    "exact " b { (grouped(&padded(seconds, 3))) }
+                    @if let Some(ratio) = cell.exact_ratio() { " ÷ " (grouped(&padded(ratio, 2))) }
+                }
             }
         }
     }
