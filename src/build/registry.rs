@@ -1,7 +1,7 @@
 //! The builders by name: a new builder is one new file and one entry here.
 
 use super::bottom_up::{all_pairs_literal, chain_literal};
-use super::top_down::{Published, Text, published_literal, text_literal};
+use super::top_down::{Published, Text, published_literal, text_exact, text_literal};
 use super::{Brake, BuildError, Counters, Probe};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
@@ -170,7 +170,10 @@ fn top_down<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) -> 
             text_literal::build(boxes, &params, probe)
         }
         (Preset::Published, Engine::Exact) => Err(unfinished()),
-        (Preset::Text, Engine::Exact) => Err(unfinished()),
+        (Preset::Text, Engine::Exact) => {
+            let params = Text { arity, planes: candidates };
+            text_exact::build(boxes, &params, probe)
+        }
         (Preset::Walter, _) => Err(BuildError::Parameter("top-down has no preset walter".into())),
     }
 }

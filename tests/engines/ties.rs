@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 
 type Boxes = BoxedStrategy<Vec<Aabb>>;
 
-fn point(range: impl Strategy<Value = f32> + Clone) -> impl Strategy<Value = Vec3> {
+fn point(range: impl Strategy<Value = f32> + Clone) -> impl Strategy<Value = Vec3> + Clone {
     (range.clone(), range.clone(), range).prop_map(|(x, y, z)| Vec3::new(x, y, z))
 }
 

@@ -4,6 +4,7 @@
 //! at evenly spaced ranks of one axis) and what its text says (`text`, evenly spaced planes of all three axes mixed).
 
 pub mod published_literal;
+pub mod text_exact;
 pub mod text_literal;
 
 /// Parameters of the reading `published`.
