@@ -1,7 +1,7 @@
 //! The builders by name: a new builder is one new file and one entry here.
 
 use super::bottom_up::{all_pairs_literal, chain_literal};
-use super::top_down::{Published, Text, published_literal, text_literal};
+use super::top_down::{Published, Text, published_exact, published_literal, text_literal};
 use super::{Brake, BuildError, Counters, Probe};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
@@ -103,7 +103,7 @@ pub const BUILDERS: &[Builder] = &[
         paper: "Beick 2014",
         summary: "exhaustive search over arity - 1 splits at once, on one axis (published) or mixed planes (text)",
         presets: &[Preset::Published, Preset::Text],
-        engines: &[Engine::Literal],
+        engines: &[Engine::Literal, Engine::Exact],
         arities: &[2, 4, 8],
         timed: top_down::<Brake>,
         counted: top_down::<Counters>,
@@ -147,15 +147,17 @@ fn top_down<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) -> 
     let arity = options.arity;
     let candidates = options.candidates.unwrap_or(200 / arity.max(1));
     match (options.preset, options.engine) {
-        (Preset::Published, Engine::Literal) => {
+        (Preset::Published, engine) => {
             let params = Published { arity, candidates, q8: options.q8 };
-            published_literal::build(boxes, &params, probe)
+            match engine {
+                Engine::Exact => published_exact::build(boxes, &params, probe),
+                Engine::Literal => published_literal::build(boxes, &params, probe),
+            }
         }
         (Preset::Text, Engine::Literal) => {
             let params = Text { arity, planes: candidates };
             text_literal::build(boxes, &params, probe)
         }
-        (Preset::Published, Engine::Exact) => Err(unfinished()),
         (Preset::Text, Engine::Exact) => Err(unfinished()),
         (Preset::Walter, _) => Err(BuildError::Parameter("top-down has no preset walter".into())),
     }
