@@ -1,7 +1,7 @@
 //! The builders by name: a new builder is one new file and one entry here.
 
 use super::bottom_up::{all_pairs_literal, chain_literal};
-use super::top_down::{Published, Text, published_literal, text_exact, text_literal};
+use super::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
 use super::{Brake, BuildError, Counters, Probe};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
@@ -160,20 +160,13 @@ impl Builder {
 fn top_down<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
     let arity = options.arity;
     let candidates = options.candidates.unwrap_or(200 / arity.max(1));
+    let published = Published { arity, candidates, q8: options.q8 };
+    let text = Text { arity, planes: candidates };
     match (options.preset, options.engine) {
-        (Preset::Published, Engine::Literal) => {
-            let params = Published { arity, candidates, q8: options.q8 };
-            published_literal::build(boxes, &params, probe)
-        }
-        (Preset::Text, Engine::Literal) => {
-            let params = Text { arity, planes: candidates };
-            text_literal::build(boxes, &params, probe)
-        }
-        (Preset::Published, Engine::Exact) => Err(unfinished()),
-        (Preset::Text, Engine::Exact) => {
-            let params = Text { arity, planes: candidates };
-            text_exact::build(boxes, &params, probe)
-        }
+        (Preset::Published, Engine::Exact) => published_exact::build(boxes, &published, probe),
+        (Preset::Published, Engine::Literal) => published_literal::build(boxes, &published, probe),
+        (Preset::Text, Engine::Exact) => text_exact::build(boxes, &text, probe),
+        (Preset::Text, Engine::Literal) => text_literal::build(boxes, &text, probe),
         (Preset::Walter, _) => Err(BuildError::Parameter("top-down has no preset walter".into())),
     }
 }

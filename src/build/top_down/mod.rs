@@ -3,9 +3,12 @@
 //! Source: Beick 2014, "Construction Algorithms", in two readings: what its program did (`published`, split positions
 //! at evenly spaced ranks of one axis) and what its text says (`text`, evenly spaced planes of all three axes mixed).
 
+pub mod published_exact;
 pub mod published_literal;
 pub mod text_exact;
 pub mod text_literal;
+
+use super::BuildError;
 
 /// Parameters of the reading `published`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +26,21 @@ impl Published {
     /// The thesis' own parameters at `arity`.
     pub const fn at_arity(arity: usize) -> Self {
         Self { arity, candidates: 200 / arity, q8: true }
+    }
+
+    /// Refuses what no engine can work with.
+    ///
+    /// # Errors
+    /// An arity below 2 or above 8, or fewer candidates than children.
+    pub fn check(&self) -> Result<(), BuildError> {
+        if !(2..=8).contains(&self.arity) {
+            return Err(BuildError::Arity(self.arity));
+        }
+        if self.candidates < self.arity {
+            let message = format!("{} candidates cannot split into {} children", self.candidates, self.arity);
+            return Err(BuildError::Parameter(message));
+        }
+        Ok(())
     }
 
     /// Distance in ranks between neighbouring candidates in a node of `n` triangles: ⌊n/D⌋, D halved until that is

@@ -22,13 +22,7 @@ use ordered_float::OrderedFloat;
 /// Boxes that [`check_boxes`] refuses, an arity below 2 or above 8, fewer candidates than children, or the probe's stop.
 pub fn build<P: Probe>(boxes: &[Aabb], params: &Published, probe: &mut P) -> Result<Bvh, BuildError> {
     check_boxes(boxes)?;
-    if !(2..=8).contains(&params.arity) {
-        return Err(BuildError::Arity(params.arity));
-    }
-    if params.candidates < params.arity {
-        let message = format!("{} candidates cannot split into {} children", params.candidates, params.arity);
-        return Err(BuildError::Parameter(message));
-    }
+    params.check()?;
     let mut builder = Builder {
         boxes,
         params,
