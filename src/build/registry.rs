@@ -1,6 +1,6 @@
 //! The builders by name: a new builder is one new file and one entry here.
 
-use super::bottom_up::{all_pairs_literal, chain_literal};
+use super::bottom_up::{all_pairs_literal, chain_literal, union_area};
 use super::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
 use super::{Brake, BuildError, Counters, Probe};
 use crate::bvh::Bvh;
@@ -176,7 +176,7 @@ fn bottom_up<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) ->
     let binary = match (options.preset, options.engine) {
         (Preset::Published, Engine::Exact) => Err(unfinished()),
         (Preset::Text, Engine::Exact) => Err(unfinished()),
-        (Preset::Walter, Engine::Exact) => Err(unfinished()),
+        (Preset::Walter, Engine::Exact) => union_area::build(boxes, probe),
         (Preset::Published, Engine::Literal) => chain_literal::build(boxes, probe, &mut ()),
         (Preset::Text, Engine::Literal) => all_pairs_literal::build(boxes, Distance::Centres, probe),
         (Preset::Walter, Engine::Literal) => all_pairs_literal::build(boxes, Distance::UnionArea, probe),

@@ -26,6 +26,20 @@ impl Merges {
         handle as u32
     }
 
+    /// The handle of what the next merge makes.
+    pub fn next(&self) -> u32 {
+        (self.triangles + self.parts.len()) as u32
+    }
+
+    /// Records merges that were made apart from others, in their order. Their record took handles from `next` on for
+    /// what it made; here they get handles from the returned one on.
+    pub fn append(&mut self, next: u32, parts: &[[u32; 2]]) -> u32 {
+        let first = self.next();
+        let renamed = |handle: u32| if handle < next { handle } else { handle - next + first };
+        self.parts.extend(parts.iter().map(|both| both.map(renamed)));
+        first
+    }
+
     /// The binary tree below the last cluster, siblings next to each other, in depth-first order. Clusters of at most
     /// [`MAX_LEAF`] triangles are leaves.
     ///

@@ -9,3 +9,4 @@ pub mod all_pairs_literal;
 pub mod chain_literal;
 mod clusters;
 mod merges;
+pub mod union_area;
