@@ -1,6 +1,6 @@
 //! The builders by name: a new builder is one new file and one entry here.
 
-use super::bottom_up::{all_pairs_literal, chain_literal};
+use super::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal};
 use super::top_down::{Published, Text, published_literal, text_literal};
 use super::{Brake, BuildError, Counters, Probe};
 use crate::bvh::Bvh;
@@ -113,7 +113,7 @@ pub const BUILDERS: &[Builder] = &[
         paper: "Beick 2014, after Walter et al. 2008",
         summary: "agglomerative clustering, by a chain (published), the closest centres (text) or the least union (walter)",
         presets: &[Preset::Published, Preset::Text, Preset::Walter],
-        engines: &[Engine::Literal],
+        engines: &[Engine::Literal, Engine::Exact],
         arities: &[2, 4, 8],
         timed: bottom_up::<Brake>,
         counted: bottom_up::<Counters>,
@@ -164,8 +164,8 @@ fn top_down<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) -> 
 fn bottom_up<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
     use all_pairs_literal::Distance;
     let binary = match (options.preset, options.engine) {
-        (Preset::Published, Engine::Exact) => Err(unfinished()),
-        (Preset::Text, Engine::Exact) => Err(unfinished()),
+        (Preset::Published, Engine::Exact) => chain_exact::build(boxes, probe),
+        (Preset::Text, Engine::Exact) => centres_exact::build(boxes, probe),
         (Preset::Walter, Engine::Exact) => Err(unfinished()),
         (Preset::Published, Engine::Literal) => chain_literal::build(boxes, probe, &mut ()),
         (Preset::Text, Engine::Literal) => all_pairs_literal::build(boxes, Distance::Centres, probe),
