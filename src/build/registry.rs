@@ -1,6 +1,6 @@
 //! The builders by name: a new builder is one new file and one entry here.
 
-use super::bottom_up::{all_pairs_literal, chain_literal, union_area};
+use super::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
 use super::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
 use super::{Brake, BuildError, Counters, Probe};
 use crate::bvh::Bvh;
@@ -174,8 +174,8 @@ fn top_down<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) -> 
 fn bottom_up<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
     use all_pairs_literal::Distance;
     let binary = match (options.preset, options.engine) {
-        (Preset::Published, Engine::Exact) => Err(unfinished()),
-        (Preset::Text, Engine::Exact) => Err(unfinished()),
+        (Preset::Published, Engine::Exact) => chain_exact::build(boxes, probe),
+        (Preset::Text, Engine::Exact) => centres_exact::build(boxes, probe),
         (Preset::Walter, Engine::Exact) => union_area::build(boxes, probe),
         (Preset::Published, Engine::Literal) => chain_literal::build(boxes, probe, &mut ()),
         (Preset::Text, Engine::Literal) => all_pairs_literal::build(boxes, Distance::Centres, probe),
@@ -186,8 +186,4 @@ fn bottom_up<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) ->
         arity @ (4 | 8) => Ok(collapse(&binary, arity)),
         arity => Err(BuildError::Arity(arity)),
     }
-}
-
-fn unfinished() -> BuildError {
-    BuildError::Parameter("this reading has no exact engine yet".into())
 }

@@ -6,7 +6,12 @@
 //! and `walter` (the globally closest pair by the area of the union, as the cited paper has it).
 
 pub mod all_pairs_literal;
+pub mod centres_exact;
+pub mod chain_exact;
 pub mod chain_literal;
 mod clusters;
 mod merges;
+mod nearest_centres;
+#[cfg(test)]
+mod testing;
 pub mod union_area;
