@@ -93,9 +93,10 @@ impl State {
             return Neighbour { distance: 0.0, id, point };
         }
         let centre = centre_of(&self.aabb[of as usize]);
+        let age = self.centres.age();
         let found = match limit {
-            Some(limit) => self.centres.within(centre, Some(point), limit),
-            None => self.centres.nearest(centre, Some(point)),
+            Some(limit) => self.centres.within(centre, Some(point), age, limit),
+            None => self.centres.nearest(centre, Some(point), age),
         };
         found.expect("another cluster is live, and within the limit")
     }
@@ -103,7 +104,7 @@ impl State {
     /// The nearest to the cluster `of` made just now, which takes its place among the others.
     fn search_merged<P: Probe>(&mut self, of: u32, centre: DVec3, probe: &mut P) -> Neighbour {
         probe.add(Work::NearestSearches, 1);
-        let found = self.centres.nearest(centre, None).expect("another cluster is live");
+        let found = self.centres.nearest(centre, None, self.centres.age()).expect("another cluster is live");
         let twin = (found.distance == 0.0).then_some(found.point);
         self.point[of as usize] = self.centres.insert(of, centre, twin);
         found
