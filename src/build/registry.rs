@@ -1,7 +1,7 @@
 //! The builders by name: a new builder is one new file and one entry here.
 
 use super::bottom_up::{all_pairs_literal, chain_literal};
-use super::top_down::{Published, Text, published_literal, text_literal};
+use super::top_down::{Costs, Published, Text, published_literal, text_literal};
 use super::{Brake, BuildError, Counters, Probe};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
@@ -67,11 +67,20 @@ pub struct BuildOptions {
     pub candidates: Option<usize>,
     /// Rule Q8 of the preset `published` at arity 8 (see [`Published::q8`]).
     pub q8: bool,
+    /// In which numbers costs are added; only the literal `top-down published` has f32.
+    pub costs: Costs,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { arity: 2, preset: Preset::Published, engine: Engine::Literal, candidates: None, q8: true }
+        Self {
+            arity: 2,
+            preset: Preset::Published,
+            engine: Engine::Literal,
+            candidates: None,
+            q8: true,
+            costs: Costs::Exact,
+        }
     }
 }
 
@@ -139,6 +148,11 @@ impl Builder {
             let message = format!("{} has no preset {}: use {}", self.id, options.preset.id(), offered.join(" or "));
             return Err(BuildError::Parameter(message));
         }
+        let has_f32 = (self.id, options.preset, options.engine) == ("top-down", Preset::Published, Engine::Literal);
+        if options.costs == Costs::Single && !has_f32 {
+            let message = "only top-down, preset published, engine literal adds its costs in f32";
+            return Err(BuildError::Parameter(message.into()));
+        }
         Ok(())
     }
 }
@@ -149,7 +163,7 @@ fn top_down<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) -> 
     match (options.preset, options.engine) {
         (Preset::Published, Engine::Literal) => {
             let params = Published { arity, candidates, q8: options.q8 };
-            published_literal::build(boxes, &params, probe)
+            published_literal::build_by(boxes, &params, options.costs, probe)
         }
         (Preset::Text, Engine::Literal) => {
             let params = Text { arity, planes: candidates };

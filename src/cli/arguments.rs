@@ -1,5 +1,6 @@
 //! The words that the command line understands.
 
+use bvh_lab::build::top_down::Costs;
 use bvh_lab::build::{self, BuildOptions, Builder, Engine, Preset};
 use bvh_lab::scene::CameraSpec;
 use bvh_lab::trace::{FirstLeafOptions, Kernel};
@@ -92,6 +93,9 @@ pub struct ReadingArguments {
     /// Rule Q8 of top-down `published` at arity 8; off: one child per triangle instead
     #[arg(long, default_value = "on")]
     pub q8: Switch,
+    /// Numbers in which top-down `published`, engine literal, adds its costs: exact, or the original's f32
+    #[arg(long, default_value = "exact")]
+    pub costs: CostsWord,
     /// Candidates per axis of a top-down search [default: 200 / arity]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub candidates: Option<u32>,
@@ -244,6 +248,14 @@ pub enum EngineWord {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CostsWord {
+    /// Integers: ties are ties
+    Exact,
+    /// Single precision, from left to right, as the thesis' program did
+    F32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Switch {
     On,
     Off,
@@ -320,6 +332,10 @@ impl ReadingArguments {
             engine: self.engine.into(),
             candidates: self.candidates.map(|n| n as usize),
             q8: self.q8 == Switch::On,
+            costs: match self.costs {
+                CostsWord::Exact => Costs::Exact,
+                CostsWord::F32 => Costs::Single,
+            },
         }
     }
 }

@@ -26,6 +26,7 @@ pub struct BuildReport {
     pub arity: usize,
     pub preset: &'static str,
     pub engine: &'static str,
+    pub costs: &'static str,
     pub threads: usize,
     pub status: Status,
     #[serde(serialize_with = "with_nulls")]
@@ -93,6 +94,7 @@ impl BuildReport {
             arity: options.arity,
             preset: options.preset.id(),
             engine: options.engine.id(),
+            costs: options.costs.id(),
             threads: rayon::current_num_threads(),
             status: Status::Ok,
             build_ms: None,
