@@ -45,7 +45,7 @@ pub struct ReproduceArguments {
     /// its time projected [default: 15]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub budget: Option<Duration>,
-    /// Only what these need, such as table2,table5,figure4
+    /// Only what these need, such as table2,table5,figure4,decisions
     #[arg(long, value_name = "TABLE|FIGURE", value_delimiter = ',', value_parser = item)]
     pub only: Vec<Item>,
     /// Scenes, in rising size [default: the thesis' five]
@@ -287,11 +287,13 @@ pub enum ListWord {
     Experiments,
 }
 
-/// A table or figure of the thesis.
+/// What can be asked of the study: a table or figure of the thesis, or a table beyond it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Item {
     Table(u8),
     Figure(u8),
+    /// The table of decisions by f32 costs.
+    Decisions,
 }
 
 impl From<PresetWord> for Preset {
@@ -376,7 +378,8 @@ fn item(word: &str) -> Result<Item, String> {
     match (numbered("table"), numbered("figure")) {
         (Some(n @ 1..=9), _) => Ok(Item::Table(n)),
         (_, Some(n @ 3..=5)) => Ok(Item::Figure(n)),
-        _ => Err("table1 … table9 or figure3 … figure5 are wanted".into()),
+        _ if word.eq_ignore_ascii_case("decisions") => Ok(Item::Decisions),
+        _ => Err("table1 … table9, figure3 … figure5 or decisions are wanted".into()),
     }
 }
 

@@ -233,7 +233,12 @@ fn text(r: &BuildReport) -> String {
     let count = |n: Option<usize>| n.map_or_else(|| "–".into(), |n| n.to_string());
     let mut lines = vec![
         format!("{}: {} triangles ({} dropped)", r.scene, r.triangles, r.dropped),
-        format!("builder     {} ({}, {}), arity {}", r.builder, r.preset, r.engine, r.arity),
+        match r.costs {
+            "exact" => format!("builder     {} ({}, {}), arity {}", r.builder, r.preset, r.engine, r.arity),
+            costs => {
+                format!("builder     {} ({}, {}, {costs} costs), arity {}", r.builder, r.preset, r.engine, r.arity)
+            }
+        },
         match &r.build_ms {
             Some(ms) => format!("build       {}", spread_text(ms, "ms")),
             None => format!("build       {}", r.time()),

@@ -62,19 +62,21 @@ fn scope(only: &[Item]) -> Scope {
         return Scope::all();
     }
     let mut scope = Scope::default();
+    let pictures = |lighting| Scope { builds: Scope::every_build(), lightings: vec![lighting], ..Scope::default() };
     for item in only {
         let every_build = Scope::every_build();
         scope.extend(match item {
             // The sizes stand in every build row, and a picture wants some row beside it; the cheapest build will do.
-            Item::Table(1) | Item::Figure(3) => Scope { builds: vec![(Construction::TopDown, 2)], lightings: vec![] },
+            Item::Table(1) | Item::Figure(3) => Scope { builds: vec![(Construction::TopDown, 2)], ..Scope::default() },
             Item::Table(3) => {
                 let collapsed = every_build.into_iter().filter(|&(c, k)| c == Construction::BottomUp && k > 2);
-                Scope { builds: collapsed.collect(), lightings: vec![] }
+                Scope { builds: collapsed.collect(), ..Scope::default() }
             }
-            Item::Table(2) | Item::Figure(4) => Scope { builds: every_build, lightings: vec![] },
-            Item::Table(4 | 5) | Item::Figure(_) => Scope { builds: every_build, lightings: vec![Lighting::Primary] },
-            Item::Table(6 | 7) => Scope { builds: every_build, lightings: vec![Lighting::Reflection] },
-            Item::Table(_) => Scope { builds: every_build, lightings: vec![Lighting::Opacity] },
+            Item::Table(2) | Item::Figure(4) => Scope { builds: every_build, ..Scope::default() },
+            Item::Table(4 | 5) | Item::Figure(_) => pictures(Lighting::Primary),
+            Item::Table(6 | 7) => pictures(Lighting::Reflection),
+            Item::Table(_) => pictures(Lighting::Opacity),
+            Item::Decisions => Scope { decisions: true, ..Scope::default() },
         });
     }
     scope

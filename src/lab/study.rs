@@ -11,7 +11,7 @@ use super::replay::original_work;
 use super::trace_cell::Stage;
 use crate::build::{self, Preset};
 use crate::bvh::Bvh;
-use crate::rows::{BuildRow, Construction, Lighting, Row, RowError, RowFile, Status, TraceRow, read};
+use crate::rows::{BuildRow, Construction, DecisionRow, Lighting, Row, RowError, RowFile, Status, TraceRow, read};
 use crate::scene::{Scene, SceneError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -50,12 +50,14 @@ pub struct Scope {
     pub builds: Vec<(Construction, usize)>,
     /// Lighting cases traced on every tree.
     pub lightings: Vec<Lighting>,
+    /// Whether f32 costs are held against exact ones.
+    pub decisions: bool,
 }
 
 impl Scope {
     /// The whole study.
     pub fn all() -> Self {
-        Self { builds: Self::every_build(), lightings: Lighting::ALL.to_vec() }
+        Self { builds: Self::every_build(), lightings: Lighting::ALL.to_vec(), decisions: true }
     }
 
     /// All six builds of a scene.
@@ -68,6 +70,7 @@ impl Scope {
     pub fn extend(&mut self, other: Self) {
         self.builds.extend(other.builds);
         self.lightings.extend(other.lightings);
+        self.decisions |= other.decisions;
         self.builds.sort();
         self.builds.dedup();
         self.lightings.sort();
@@ -109,14 +112,16 @@ impl Study {
         let mut traces = RowFile::<TraceRow>::open(&self.rows)?;
         let jobs = self.jobs(&stages);
         let weights: Vec<f64> = jobs.iter().map(|(job, stage)| self.weight(job, stage, &builds)).collect();
-        let all: f64 = weights.iter().sum();
+        /// Estimated seconds of a cell about decisions.
+        const DECISIONS: f64 = 0.5;
+        let all = weights.iter().sum::<f64>() + DECISIONS * self.decision_cells() as f64;
         let mut done = 0.0;
         for ((job, stage), weight) in jobs.iter().zip(weights) {
             watch.begin(&job.to_string(), done / all);
             self.cell(job, stage, &mut builds, &mut traces, watch)?;
             done += weight;
         }
-        Ok(())
+        self.decisions(&stages, builds.rows(), |cells| (done + DECISIONS * cells as f64) / all, watch)
     }
 
     /// All cells, in the order in which they are measured: smaller scenes first.
@@ -144,7 +149,8 @@ impl Study {
             let foreign = rows.first().filter(|r| r.origin() != (self::version(), commit()));
             Ok(foreign.map(|r| r.origin().1.to_owned()))
         }
-        let Some(theirs) = other::<BuildRow>(&self.rows)?.or(other::<TraceRow>(&self.rows)?) else {
+        let builds_or_traces = other::<BuildRow>(&self.rows)?.or(other::<TraceRow>(&self.rows)?);
+        let Some(theirs) = builds_or_traces.or(other::<DecisionRow>(&self.rows)?) else {
             return Ok(());
         };
         let aside = (1..)
