@@ -1,4 +1,4 @@
-//! The table of decisions: what costs in f32 change, as CSV and in one sentence.
+//! The table of decisions: what costs in f32 change, as CSV and in words.
 
 use crate::report::number::{grouped, significant};
 use crate::rows::{DecisionRow, Status};
@@ -73,35 +73,66 @@ fn quoted(field: &str) -> String {
     }
 }
 
-/// What the table shows, in words; `None` without a figure.
-pub(crate) fn sentence(rows: &[DecisionRow]) -> Option<String> {
-    let rows: Vec<_> = rows.iter().filter(|r| has_figures(r)).collect();
-    let sum = |of: fn(&DecisionRow) -> Option<usize>| rows.iter().filter_map(|r| of(r)).sum::<usize>();
-    let compared = sum(|r| r.compared);
-    if compared == 0 {
-        return None;
+/// What the table shows as a whole.
+pub(crate) struct Totals {
+    compared: usize,
+    different: usize,
+    rounded_ties: usize,
+    same_cost: usize,
+    largest_excess: f64,
+    /// Least and greatest ratio of SAH, EPO and nodes per pixel; 1 is among them.
+    changes: [(f64, f64); 3],
+}
+
+impl Totals {
+    /// Of all rows with figures; `None` where no node was compared.
+    pub fn of(rows: &[DecisionRow]) -> Option<Self> {
+        let rows: Vec<_> = rows.iter().filter(|r| has_figures(r)).collect();
+        let sum = |of: fn(&DecisionRow) -> Option<usize>| rows.iter().filter_map(|r| of(r)).sum::<usize>();
+        let extremes = |quantity: usize| {
+            let ratios = rows.iter().filter_map(|r| ratios(r)[quantity]);
+            ratios.fold((1.0f64, 1.0f64), |(least, most), r| (least.min(r), most.max(r)))
+        };
+        let totals = Self {
+            compared: sum(|r| r.compared),
+            different: sum(|r| r.different),
+            rounded_ties: sum(|r| r.rounded_ties),
+            same_cost: sum(|r| r.same_cost),
+            largest_excess: rows.iter().filter_map(|r| r.largest_excess).fold(0.0, f64::max),
+            changes: [0, 1, 2].map(extremes),
+        };
+        (totals.compared > 0).then_some(totals)
     }
-    let (different, ties, same) = (sum(|r| r.different), sum(|r| r.rounded_ties), sum(|r| r.same_cost));
-    let excess = rows.iter().filter_map(|r| r.largest_excess).fold(0.0, f64::max);
-    let spread = |quantity: usize| {
-        let changes = rows.iter().filter_map(|r| ratios(r)[quantity]).map(|r| r - 1.0);
-        let (least, most) = changes.fold((0.0f64, 0.0f64), |(a, b), x| (a.min(x), b.max(x)));
-        format!("{} to {}", change(1.0 + least), change(1.0 + most))
-    };
-    let number = |n: usize| grouped(&n.to_string());
-    Some(format!(
-        "Of {} nodes compared, {} ({}) are split differently: at {} the f32 sums of both choices are equal and the order \
-         decides, at {} rounding turns the order round; at {} of them both choices cost the same in exact numbers. The dearest \
-         f32 choice costs {excess:.1e} more than the best. Over whole trees SAH changes by {}, nodes per pixel by {}.",
-        number(compared),
-        number(different),
-        share(different, compared),
-        number(ties),
-        number(different.saturating_sub(ties)),
-        number(same),
-        spread(0),
-        spread(2),
-    ))
+
+    /// What f32 changes.
+    pub fn in_one_sentence(&self) -> String {
+        let between = |(least, most): (f64, f64)| format!("{} to {}", change(least), change(most));
+        format!(
+            "Costs in f32 split {} of {} nodes ({}) differently, each at an excess of {:.1e} or less; whole trees change in SAH \
+             by {} and in nodes per pixel by {}.",
+            number(self.different),
+            number(self.compared),
+            share(self.different, self.compared),
+            self.largest_excess,
+            between(self.changes[0]),
+            between(self.changes[2]),
+        )
+    }
+
+    /// Where the differences come from.
+    pub fn in_detail(&self) -> String {
+        format!(
+            "At {} of these nodes the f32 sums of both choices are equal and the order decides, at {} rounding turns the order \
+             round; at {} both choices cost the same in exact numbers.",
+            number(self.rounded_ties),
+            number(self.different.saturating_sub(self.rounded_ties)),
+            number(self.same_cost),
+        )
+    }
+}
+
+fn number(n: usize) -> String {
+    grouped(&n.to_string())
 }
 
 /// A share in percent.

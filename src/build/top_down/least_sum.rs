@@ -104,8 +104,8 @@ impl<C: Arithmetic> LeastSum<C> {
             let first = if j == self.arity { self.positions + 1 } else { j };
             for e in (first..=self.last_end(j)).rev() {
                 let mut best = C::ABOVE;
-                for p in j - 1..e {
-                    let sum = least[p] + self.row(axis, p)[e];
+                for (p, &prefix) in (j - 1..e).zip(&least[j - 1..e]) {
+                    let sum = prefix + self.row(axis, p)[e];
                     if sum < best {
                         best = sum;
                     }

@@ -1,7 +1,7 @@
 //! The table of decisions on the page: what costs in f32 change.
 
 use crate::report::cells::Study;
-use crate::report::decisions::{change, has_figures, in_order, ratios, sentence, share};
+use crate::report::decisions::{Totals, change, has_figures, in_order, ratios, share};
 use crate::report::number::{grouped, padded};
 use crate::rows::DecisionRow;
 use maud::{Markup, html};
@@ -15,7 +15,7 @@ pub(crate) fn section(study: &Study) -> Markup {
             p {
                 "The original added its costs in f32, from left to right; ours are exact, so that ties are ties. Both decide here on \
                  the same triangles at every node of the exact top-down tree; then each builds a tree of its own."
-                @if let Some(sentence) = sentence(&study.decisions) { " " (sentence) }
+                @if let Some(totals) = Totals::of(&study.decisions) { " " b { (totals.in_one_sentence()) } " " (totals.in_detail()) }
             }
             div .scroll { table {
                 thead {
@@ -26,7 +26,7 @@ pub(crate) fn section(study: &Study) -> Markup {
                     }
                     tr {
                         th { "nodes" } th { "share" } th { "tied in f32" } th { "same exact cost" }
-                        @for _ in 0..3 { th { "exact" } th { "f32" } }
+                        @for _ in 0..3 { th { "exact" } th { "f32 changes it by" } }
                     }
                 }
                 tbody { @for row in rows { (line(row)) } }
