@@ -1,7 +1,7 @@
 //! The builders by name: a new builder is one new file and one entry here.
 
 use super::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
-use super::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
+use super::top_down::{Costs, Published, Text, published_exact, published_literal, text_exact, text_literal};
 use super::{Brake, BuildError, Counters, Probe};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
@@ -67,11 +67,20 @@ pub struct BuildOptions {
     pub candidates: Option<usize>,
     /// Rule Q8 of the preset `published` at arity 8 (see [`Published::q8`]).
     pub q8: bool,
+    /// In which numbers costs are added; only the literal `top-down published` has f32.
+    pub costs: Costs,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { arity: 2, preset: Preset::Published, engine: Engine::Exact, candidates: None, q8: true }
+        Self {
+            arity: 2,
+            preset: Preset::Published,
+            engine: Engine::Exact,
+            candidates: None,
+            q8: true,
+            costs: Costs::Exact,
+        }
     }
 }
 
@@ -148,6 +157,11 @@ impl Builder {
             let message = format!("{} has no engine {}: use {}", self.id, options.engine.id(), offered.join(" or "));
             return Err(BuildError::Parameter(message));
         }
+        let has_f32 = (self.id, options.preset, options.engine) == ("top-down", Preset::Published, Engine::Literal);
+        if options.costs == Costs::Single && !has_f32 {
+            let message = "only top-down, preset published, engine literal adds its costs in f32";
+            return Err(BuildError::Parameter(message.into()));
+        }
         Ok(())
     }
 
@@ -164,7 +178,7 @@ fn top_down<P: Probe>(boxes: &[Aabb], options: &BuildOptions, probe: &mut P) -> 
     let text = Text { arity, planes: candidates };
     match (options.preset, options.engine) {
         (Preset::Published, Engine::Exact) => published_exact::build(boxes, &published, probe),
-        (Preset::Published, Engine::Literal) => published_literal::build(boxes, &published, probe),
+        (Preset::Published, Engine::Literal) => published_literal::build_by(boxes, &published, options.costs, probe),
         (Preset::Text, Engine::Exact) => text_exact::build(boxes, &text, probe),
         (Preset::Text, Engine::Literal) => text_literal::build(boxes, &text, probe),
         (Preset::Walter, _) => Err(BuildError::Parameter("top-down has no preset walter".into())),

@@ -37,3 +37,27 @@ pub fn inner_sizes(bvh: &Bvh) -> Vec<usize> {
     }
     sizes
 }
+
+/// Every choice of `k` of `from`, in lexicographic order.
+pub fn choices(from: &[usize], k: usize) -> Vec<Vec<usize>> {
+    if k == 0 {
+        return vec![vec![]];
+    }
+    let mut all = Vec::new();
+    for (i, &first) in from.iter().enumerate() {
+        for mut rest in choices(&from[i + 1..], k - 1) {
+            rest.insert(0, first);
+            all.push(rest);
+        }
+    }
+    all
+}
+
+/// Six boxes along x, one at each multiple of `pitch`, the last two lower than 1 by so many times 2⁻²⁴. With candidates after
+/// the second and the fourth they part as 2 | 4 or 4 | 2: the same terms in another order where all heights are the same.
+pub fn six_in_a_row(pitch: f32, steps_lower: u8) -> Vec<Aabb> {
+    let lower = 1.0 - f32::from(steps_lower) * f32::EPSILON / 2.0;
+    let height = |i: usize| if i < 4 { 1.0 } else { lower };
+    let from = |i: usize| Vec3::new(pitch * i as f32, 0.0, 0.0);
+    (0..6).map(|i| Aabb::new(from(i), from(i) + Vec3::new(1.0, height(i), 1.0))).collect()
+}

@@ -1,5 +1,6 @@
 //! The words that the command line understands.
 
+use bvh_lab::build::top_down::Costs;
 use bvh_lab::build::{self, BuildOptions, Builder, Engine, Preset};
 use bvh_lab::scene::CameraSpec;
 use bvh_lab::trace::{FirstLeafOptions, Kernel};
@@ -44,7 +45,7 @@ pub struct ReproduceArguments {
     /// the time of a literal build projected [default: 20]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub budget: Option<Duration>,
-    /// Only what these need, such as table2,table5,figure4
+    /// Only what these need, such as table2,table5,figure4,decisions
     #[arg(long, value_name = "TABLE|FIGURE", value_delimiter = ',', value_parser = item)]
     pub only: Vec<Item>,
     /// Scenes, in rising size [default: the thesis' five]
@@ -92,6 +93,9 @@ pub struct ReadingArguments {
     /// Rule Q8 of top-down `published` at arity 8; off: one child per triangle instead
     #[arg(long, default_value = "on")]
     pub q8: Switch,
+    /// Numbers in which top-down `published`, engine literal, adds its costs: exact, or the original's f32
+    #[arg(long, default_value = "exact")]
+    pub costs: CostsWord,
     /// Candidates per axis of a top-down search [default: 200 / arity]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub candidates: Option<u32>,
@@ -247,6 +251,14 @@ pub enum EngineWord {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CostsWord {
+    /// Integers: ties are ties
+    Exact,
+    /// Single precision, from left to right, as the thesis' program did
+    F32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Switch {
     On,
     Off,
@@ -278,11 +290,13 @@ pub enum ListWord {
     Experiments,
 }
 
-/// A table or figure of the thesis.
+/// What can be asked of the study: a table or figure of the thesis, or a table beyond it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Item {
     Table(u8),
     Figure(u8),
+    /// The table of decisions by f32 costs.
+    Decisions,
 }
 
 impl From<PresetWord> for Preset {
@@ -323,6 +337,10 @@ impl ReadingArguments {
             engine: self.engine.into(),
             candidates: self.candidates.map(|n| n as usize),
             q8: self.q8 == Switch::On,
+            costs: match self.costs {
+                CostsWord::Exact => Costs::Exact,
+                CostsWord::F32 => Costs::Single,
+            },
         }
     }
 }
@@ -363,7 +381,8 @@ fn item(word: &str) -> Result<Item, String> {
     match (numbered("table"), numbered("figure")) {
         (Some(n @ 1..=9), _) => Ok(Item::Table(n)),
         (_, Some(n @ 3..=5)) => Ok(Item::Figure(n)),
-        _ => Err("table1 … table9 or figure3 … figure5 are wanted".into()),
+        _ if word.eq_ignore_ascii_case("decisions") => Ok(Item::Decisions),
+        _ => Err("table1 … table9, figure3 … figure5 or decisions are wanted".into()),
     }
 }
 

@@ -26,6 +26,7 @@ pub struct BuildReport {
     pub arity: usize,
     pub preset: &'static str,
     pub engine: &'static str,
+    pub costs: &'static str,
     pub threads: usize,
     pub status: Status,
     #[serde(serialize_with = "with_nulls")]
@@ -93,6 +94,7 @@ impl BuildReport {
             arity: options.arity,
             preset: options.preset.id(),
             engine: options.engine.id(),
+            costs: options.costs.id(),
             threads: builder.threads(options),
             status: Status::Ok,
             build_ms: None,
@@ -231,7 +233,12 @@ fn text(r: &BuildReport) -> String {
     let count = |n: Option<usize>| n.map_or_else(|| "–".into(), |n| n.to_string());
     let mut lines = vec![
         format!("{}: {} triangles ({} dropped)", r.scene, r.triangles, r.dropped),
-        format!("builder     {} ({}, {}), arity {}", r.builder, r.preset, r.engine, r.arity),
+        match r.costs {
+            "exact" => format!("builder     {} ({}, {}), arity {}", r.builder, r.preset, r.engine, r.arity),
+            costs => {
+                format!("builder     {} ({}, {}, {costs} costs), arity {}", r.builder, r.preset, r.engine, r.arity)
+            }
+        },
         match &r.build_ms {
             Some(ms) => format!("build       {}", spread_text(ms, "ms")),
             None => format!("build       {}", r.time()),

@@ -61,8 +61,8 @@ fn scope(only: &[Item]) -> Scope {
     if only.is_empty() {
         return Scope::all();
     }
-    let pictures = |lighting| Scope { builds: Scope::every_build(), lightings: vec![lighting], literal: false };
     let mut scope = Scope::default();
+    let pictures = |lighting| Scope { builds: Scope::every_build(), lightings: vec![lighting], ..Scope::default() };
     for item in only {
         let every_build = Scope::every_build();
         scope.extend(match item {
@@ -73,10 +73,11 @@ fn scope(only: &[Item]) -> Scope {
                 Scope { builds: collapsed.collect(), ..Scope::default() }
             }
             // The thesis' times are those of the literal work; all else follows from the trees.
-            Item::Table(2) | Item::Figure(4) => Scope { builds: every_build, lightings: vec![], literal: true },
+            Item::Table(2) | Item::Figure(4) => Scope { builds: every_build, literal: true, ..Scope::default() },
             Item::Table(4 | 5) | Item::Figure(_) => pictures(Lighting::Primary),
             Item::Table(6 | 7) => pictures(Lighting::Reflection),
             Item::Table(_) => pictures(Lighting::Opacity),
+            Item::Decisions => Scope { decisions: true, ..Scope::default() },
         });
     }
     scope

@@ -1,6 +1,7 @@
 //! The laboratory: jobs, budgets, verification, measurement. The only place that writes rows.
 
 mod build_cell;
+mod decisions;
 mod job;
 mod lock;
 mod machine;

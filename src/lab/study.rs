@@ -14,7 +14,7 @@ use super::trace_cell::Stage;
 use super::twin::{copy_counts, same_tree, same_work, twin};
 use crate::build::{self, Engine, Preset};
 use crate::bvh::Bvh;
-use crate::rows::{BuildRow, Construction, Lighting, Row, RowError, RowFile, Status, TraceRow, read};
+use crate::rows::{BuildRow, Construction, DecisionRow, Lighting, Row, RowError, RowFile, Status, TraceRow, read};
 use crate::scene::{Scene, SceneError};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -55,12 +55,14 @@ pub struct Scope {
     pub lightings: Vec<Lighting>,
     /// Whether the literal engine builds the trees too: only its times need that.
     pub literal: bool,
+    /// Whether f32 costs are held against exact ones.
+    pub decisions: bool,
 }
 
 impl Scope {
     /// The whole study.
     pub fn all() -> Self {
-        Self { builds: Self::every_build(), lightings: Lighting::ALL.to_vec(), literal: true }
+        Self { builds: Self::every_build(), lightings: Lighting::ALL.to_vec(), literal: true, decisions: true }
     }
 
     /// All six builds of a scene.
@@ -73,6 +75,7 @@ impl Scope {
     pub fn extend(&mut self, other: Self) {
         self.builds.extend(other.builds);
         self.lightings.extend(other.lightings);
+        self.decisions |= other.decisions;
         self.builds.sort();
         self.builds.dedup();
         self.lightings.sort();
@@ -115,14 +118,16 @@ impl Study {
         let mut traces = RowFile::<TraceRow>::open(&self.rows)?;
         let jobs = self.jobs(&stages);
         let weights: Vec<f64> = jobs.iter().map(|(job, stage)| self.weight(job, stage, &builds)).collect();
-        let all: f64 = weights.iter().sum();
+        /// Estimated seconds of a cell about decisions.
+        const DECISIONS: f64 = 0.5;
+        let all = weights.iter().sum::<f64>() + DECISIONS * self.decision_cells() as f64;
         let mut done = 0.0;
         for ((job, stage), weight) in jobs.iter().zip(weights) {
             watch.begin(&job.to_string(), done / all);
             self.cell(job, stage, &mut builds, &mut traces, watch)?;
             done += weight;
         }
-        Ok(())
+        self.decisions(&stages, builds.rows(), |cells| (done + DECISIONS * cells as f64) / all, watch)
     }
 
     /// All cells, in the order in which they are measured: exact engines first, so that all trees are there early, and
@@ -154,7 +159,8 @@ impl Study {
             let foreign = rows.first().filter(|r| r.origin() != (self::version(), commit()));
             Ok(foreign.map(|r| r.origin().1.to_owned()))
         }
-        let Some(theirs) = other::<BuildRow>(&self.rows)?.or(other::<TraceRow>(&self.rows)?) else {
+        let builds_or_traces = other::<BuildRow>(&self.rows)?.or(other::<TraceRow>(&self.rows)?);
+        let Some(theirs) = builds_or_traces.or(other::<DecisionRow>(&self.rows)?) else {
             return Ok(());
         };
         let aside = (1..)

@@ -1,7 +1,7 @@
 //! Cells: each printed number joined with the rows about it.
 
 use crate::report::printed::{self, Model, Printed};
-use crate::rows::{BuildRow, Construction, Lighting, Status, TraceRow};
+use crate::rows::{BuildRow, Construction, DecisionRow, Lighting, Status, TraceRow};
 
 /// All rows of a study.
 #[derive(Debug)]
@@ -10,6 +10,8 @@ pub(crate) struct Study {
     pub builds: Vec<BuildRow>,
     /// Traversals.
     pub traces: Vec<TraceRow>,
+    /// Decisions by f32 costs.
+    pub decisions: Vec<DecisionRow>,
 }
 
 /// How our side of a cell ended.

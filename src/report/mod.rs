@@ -1,9 +1,10 @@
 //! Tables, figures and a page: reads rows, imports nothing else of this crate.
 //!
-//! [`write()`] turns the rows of a study (`rows/builds.csv`, `rows/traces.csv`, `rows/figure3.png`) into `tables/`, `figures/` and
+//! [`write()`] turns the rows of a study (`rows/builds.csv`, `rows/traces.csv`, `rows/decisions.csv`, `rows/figure3.png`) into `tables/`, `figures/` and
 //! `index.html`. The same rows give the same bytes. [`printed`] holds the thesis' own numbers.
 
 mod cells;
+mod decisions;
 mod figures;
 mod files;
 mod number;
@@ -14,7 +15,7 @@ mod tables;
 
 pub use summary::{CLOSE, Counts, Summary, Within};
 
-use crate::rows::{BuildRow, Row, RowError, TraceRow, read};
+use crate::rows::{BuildRow, DecisionRow, Row, RowError, TraceRow, read};
 use cells::Study;
 use files::Folder;
 use std::path::{Path, PathBuf};
@@ -31,15 +32,15 @@ pub enum ReportError {
     /// There is nothing to report.
     #[error("no rows in {}; measure first, or name the folder that holds builds.csv", .0.display())]
     NoRows(PathBuf),
-    /// The two row files come from different programs.
-    #[error("{path}: builds are of {builds}, traces of {traces}; measure again into another --out", path = path.display())]
+    /// Two row files come from different programs.
+    #[error("{path}: {first}; {second}; measure again into another --out", path = path.display())]
     Mixed {
         /// The rows folder.
         path: PathBuf,
-        /// Version and commit of the builds.
-        builds: String,
-        /// Version and commit of the traces.
-        traces: String,
+        /// A file, and the version and commit of its rows.
+        first: String,
+        /// Another, of others.
+        second: String,
     },
     /// The file system refused.
     #[error("cannot {what} {path}: {source}", path = path.display())]
@@ -81,7 +82,11 @@ impl ReportError {
 /// No rows; rows that are malformed, double, or of more than one program; an unreadable picture; the file system's.
 /// Files already written stay, each of them whole.
 pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
-    let study = Study { builds: read::<BuildRow>(rows_dir)?, traces: read::<TraceRow>(rows_dir)? };
+    let study = Study {
+        builds: read::<BuildRow>(rows_dir)?,
+        traces: read::<TraceRow>(rows_dir)?,
+        decisions: read::<DecisionRow>(rows_dir)?,
+    };
     check_origin(rows_dir, &study)?;
     let summary = Summary::of(&study);
     let mut folder = Folder::new(out_dir);
@@ -94,6 +99,11 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         }
         let engines = tables::engines_csv(&study.table(preset, 2), &study.exact_times(preset));
         folder.write(&format!("{dir}/table2-exact.csv"), engines.as_bytes())?;
+    }
+
+    match &study.decisions[..] {
+        [] => folder.remove("tables/decisions.csv")?,
+        rows => folder.write("tables/decisions.csv", decisions::csv_text(rows).as_bytes())?,
     }
 
     let figures = figures::draw_all(&study, rows_dir)?;
@@ -113,14 +123,18 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
 }
 
 fn check_origin(rows_dir: &Path, study: &Study) -> Result<(), ReportError> {
-    let name = |(version, commit): (&str, &str)| format!("{version} ({commit})");
-    let builds = study.builds.first().map(|r| name(r.origin()));
-    let traces = study.traces.first().map(|r| name(r.origin()));
-    match (builds, traces) {
-        (None, None) => Err(ReportError::NoRows(rows_dir.into())),
-        (Some(builds), Some(traces)) if builds != traces => {
-            Err(ReportError::Mixed { path: rows_dir.into(), builds, traces })
-        }
-        _ => Ok(()),
+    let files = [
+        (BuildRow::FILE, study.builds.first().map(Row::origin)),
+        (TraceRow::FILE, study.traces.first().map(Row::origin)),
+        (DecisionRow::FILE, study.decisions.first().map(Row::origin)),
+    ];
+    let mut origins = files.into_iter().filter_map(|(file, origin)| Some((file, origin?)));
+    let Some(first) = origins.next() else {
+        return Err(ReportError::NoRows(rows_dir.into()));
+    };
+    let name = |(file, (version, commit)): (&str, (&str, &str))| format!("{file} is of {version} ({commit})");
+    match origins.find(|other| other.1 != first.1) {
+        Some(other) => Err(ReportError::Mixed { path: rows_dir.into(), first: name(first), second: name(other) }),
+        None => Ok(()),
     }
 }

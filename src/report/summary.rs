@@ -71,10 +71,12 @@ impl Summary {
         }
         let failed = |s: &Status| *s == Status::Error;
         let builds = study.builds.iter().map(|r| &r.status);
+        let traces = study.traces.iter().map(|r| &r.status);
+        let decisions = study.decisions.iter().map(|r| &r.status);
         Self {
             files: Vec::new(),
             cells,
-            error_rows: builds.chain(study.traces.iter().map(|r| &r.status)).filter(|s| failed(s)).count(),
+            error_rows: builds.chain(traces).chain(decisions).filter(|s| failed(s)).count(),
             table5: within(study, 5, |model, arity| model != Model::Huge && arity != Some(8)),
             table5_all: within(study, 5, |_, _| true),
             table3: near(study, 3, DEGREES_CLOSE),

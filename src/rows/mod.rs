@@ -1,7 +1,9 @@
 //! Rows: one measured cell each, as CSV. What the laboratory writes and the report reads; nothing else passes between them.
 
+mod decisions;
 mod store;
 
+pub use decisions::DecisionRow;
 pub use store::{Row, RowError, RowFile, read, write_whole};
 
 use serde::{Deserialize, Serialize};
@@ -18,6 +20,18 @@ pub enum Status {
     Projected,
     /// Failed its verification; carries no figure.
     Error,
+}
+
+impl Status {
+    /// Its name in rows.
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Capped => "capped",
+            Self::Projected => "projected",
+            Self::Error => "error",
+        }
+    }
 }
 
 /// The thesis' two ways to build.

@@ -4,7 +4,7 @@ use crate::support::{Lab, check_spread, has_fields, number, tri_bytes, word};
 use serde_json::Value;
 
 /// What the interface promises.
-const FIELDS: [&str; 22] = [
+const FIELDS: [&str; 23] = [
     "scene",
     "triangles",
     "dropped",
@@ -12,6 +12,7 @@ const FIELDS: [&str; 22] = [
     "arity",
     "preset",
     "engine",
+    "costs",
     "threads",
     "status",
     "build_ms",
@@ -224,4 +225,17 @@ fn the_text_says_what_the_object_says() {
     let (text, report) = (lab.fine("build thesis:tiny --runs 1"), lab.json("build thesis:tiny --runs 1"));
     assert!(text.contains(&word(&report, "tree_hash")) && text.contains("648 triangles (0 dropped)"), "{text}");
     assert!(text.contains(&format!("{} inner, {} leaves", report["inner"], report["leaves"])), "{text}");
+}
+
+#[test]
+fn costs_in_f32_build_another_tree_and_say_so() {
+    let lab = Lab::new();
+    let build = |costs: &str| lab.json(&format!("build thesis:tiny -k 4 --engine literal --runs 1 {costs}"));
+    let (exact, single) = (build(""), build("--costs f32"));
+    check(&single);
+    assert_eq!((&exact["costs"], &single["costs"]), (&"exact".into(), &"f32".into()));
+    assert_eq!(exact["tree_hash"], build("--costs exact")["tree_hash"]);
+    assert_ne!(exact["tree_hash"], single["tree_hash"]);
+    assert_eq!(exact["counters"]["combinations"].as_u64().unwrap() / 10_000, 144);
+    assert!(lab.fine("build thesis:tiny --engine literal --runs 1 --costs f32").contains("f32 costs"));
 }

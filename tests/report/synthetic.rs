@@ -1,7 +1,7 @@
 //! Rows of a study that never ran: near the printed numbers, off by known, repeatable amounts.
 
 use bvh_lab::report::printed::{self, Model};
-use bvh_lab::rows::{BuildRow, Construction, Lighting, RowFile, Status, TraceRow};
+use bvh_lab::rows::{BuildRow, Construction, DecisionRow, Lighting, RowFile, Status, TraceRow};
 use std::path::Path;
 
 pub const CONSTRUCTIONS: [Construction; 2] = [Construction::TopDown, Construction::BottomUp];
@@ -133,6 +133,38 @@ pub fn trace(preset: &str, model: Model, construction: Construction, arity: usiz
         threads: 1,
         machine: "Synthetic CPU, Linux".to_owned(),
         version: "0.1.0+rows2".to_owned(),
+        commit: "0123abcd".to_owned(),
+    }
+}
+
+/// Decisions of one scene and arity; f32 costs change a little.
+pub fn decision(model: Model, arity: usize) -> DecisionRow {
+    let nodes = triangles(model) / arity;
+    DecisionRow {
+        preset: "published".to_owned(),
+        scene: model.scene(),
+        triangles: triangles(model),
+        scene_hash: "0".into(),
+        arity,
+        status: Status::Ok,
+        budget_s: Some(5.0),
+        note: String::new(),
+        compared: Some(nodes),
+        different: Some(nodes / 10),
+        rounded_ties: Some(nodes / 20),
+        same_cost: Some(nodes / 40),
+        largest_excess: Some(3.5e-7),
+        exact_tree_hash: Some(format!("{:032x}", triangles(model) * arity)),
+        f32_tree_hash: Some(format!("{:032x}", triangles(model) * arity + 1)),
+        exact_sah: Some(12.5),
+        f32_sah: Some(12.5 * 1.01),
+        exact_epo: Some(2.0),
+        f32_epo: Some(1.9),
+        exact_nodes_per_pixel: Some(5.0),
+        f32_nodes_per_pixel: Some(5.1),
+        threads: 1,
+        machine: "Synthetic CPU, Linux".to_owned(),
+        version: "0.1.0+rows1".to_owned(),
         commit: "0123abcd".to_owned(),
     }
 }

@@ -1,5 +1,6 @@
 //! The study from outside: what a run leaves, what a second run touches, and the figures that must never move.
 
+mod decisions;
 mod engines;
 mod pinned;
 mod resume;

@@ -3,10 +3,16 @@
 //! Source: Beick 2014, "Construction Algorithms", in two readings: what its program did (`published`, split positions
 //! at evenly spaced ranks of one axis) and what its text says (`text`, evenly spaced planes of all three axes mixed).
 
+mod arithmetic;
+mod least_sum;
+pub mod published_decisions;
 pub mod published_exact;
 pub mod published_literal;
+mod published_tree;
 pub mod text_exact;
 pub mod text_literal;
+
+pub use arithmetic::Costs;
 
 use super::BuildError;
 

@@ -5,190 +5,85 @@
 //! evaluates every choice of arity − 1 of them. The cost of a choice is Σ SA(child)/SA(node)·(triangles − 1); the first of
 //! the cheapest wins, in the order x, y, z and then lexicographically.
 //!
-//! Deviations: areas are f64 and sums exact integers (see [`ChildCost`]) where the original has f32 for both, and its
-//! constant 0.125, the same for every choice, is left out; equal keys are ordered by
+//! Deviations: unless [`Costs::Single`] is asked for, areas are f64 and sums exact integers (see [`ChildCost`]) where the
+//! original has f32 for both, and its constant 0.125, the same for every choice, is left out; equal keys are ordered by
 //! triangle id where the original's sort was unstable; the box of a run of triangles is computed once per node, where the
 //! original united all boxes again for each combination (counted as [`Work::OriginalUnions`]).
 
 use super::Published;
-use crate::build::{BuildError, ChildCost, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
-use crate::bvh::{Bvh, Node};
+use super::arithmetic::{Arithmetic, Costs, SingleCost};
+use super::published_tree::{Choice, MAX_SPLITS, Search, Splitting, grow};
+use crate::build::{BuildError, ChildCost, Probe, Work};
+use crate::bvh::Bvh;
 use crate::geom::Aabb;
-use ordered_float::OrderedFloat;
 
-/// Builds the tree over `boxes`, one per triangle.
+/// Builds the tree over `boxes`, one per triangle, by exact costs.
 ///
 /// # Errors
-/// Boxes that [`check_boxes`] refuses, an arity below 2 or above 8, fewer candidates than children, or the probe's stop.
+/// Boxes that [`check_boxes`](crate::build::check_boxes) refuses, an arity below 2 or above 8, fewer candidates than
+/// children, or the probe's stop.
 pub fn build<P: Probe>(boxes: &[Aabb], params: &Published, probe: &mut P) -> Result<Bvh, BuildError> {
-    check_boxes(boxes)?;
-    params.check()?;
-    let mut builder = Builder {
-        boxes,
-        params,
-        order: (0..boxes.len() as u32).collect(),
-        nodes: vec![Node::leaf(Aabb::EMPTY, 0, 0)],
-        pending: vec![Pending { node: 0, start: 0, n: boxes.len() }],
-        probe,
-    };
-    while let Some(next) = builder.pending.pop() {
-        builder.node(next)?;
-    }
-    Ok(Bvh { nodes: builder.nodes, triangle_ids: builder.order, arity: params.arity })
+    grow(boxes, params, probe, best_choice::<P, ChildCost>)
 }
 
-/// A node that waits for its box and its children.
-#[derive(Clone, Copy)]
-struct Pending {
-    node: usize,
-    start: usize,
-    n: usize,
-}
-
-struct Builder<'a, P> {
-    boxes: &'a [Aabb],
-    params: &'a Published,
-    /// Triangle ids by slot, permuted in place; leaves read their slots when the whole build is over.
-    order: Vec<u32>,
-    nodes: Vec<Node>,
-    pending: Vec<Pending>,
-    probe: &'a mut P,
-}
-
-/// The best choice so far: its axis, and the ranks at which the second and later children begin.
-struct Best {
-    axis: usize,
-    splits: Vec<usize>,
-}
-
-impl<P: Probe> Builder<'_, P> {
-    fn node(&mut self, p: Pending) -> Result<(), BuildError> {
-        let Pending { node, start, n } = p;
-        let slots = start..start + n;
-        let aabb = Aabb::union_of(self.order[slots].iter().map(|&t| &self.boxes[t as usize]));
-        self.probe.add(Work::BoxUnions, n as u64);
-        if n <= MAX_LEAF {
-            self.nodes[node] = Node::leaf(aabb, start, n);
-            return Ok(());
-        }
-        match self.best_splits(&aabb, start, n) {
-            Search::Stopped => Err(self.stopped(n)),
-            Search::Best(best) => {
-                self.sort(start, n, best.axis);
-                let ends = best.splits.iter().copied().chain([n]);
-                let mut from = 0;
-                let children: Vec<_> = ends.map(|to| (std::mem::replace(&mut from, to), to)).collect();
-                self.split(node, aabb, children.len(), |k, first| {
-                    let (from, to) = children[k];
-                    Pending { node: first + k, start: start + from, n: to - from }
-                });
-                Ok(())
-            }
-            Search::None => {
-                self.without_combination(node, aabb, start, n);
-                Ok(())
-            }
-        }
-    }
-
-    /// Makes `count` children of `node` and lines them up, the leftmost next.
-    fn split(&mut self, node: usize, aabb: Aabb, count: usize, child: impl Fn(usize, usize) -> Pending) {
-        let first = self.nodes.len();
-        self.nodes[node] = Node::inner(aabb, first, count);
-        self.nodes.resize(first + count, Node::leaf(Aabb::EMPTY, 0, 0));
-        self.pending.extend((0..count).rev().map(|k| child(k, first)));
-    }
-
-    /// Nodes of 5 to 7 triangles at arity 8: rule Q8 of the specification, or one child per triangle.
-    fn without_combination(&mut self, node: usize, aabb: Aabb, start: usize, n: usize) {
-        if self.params.q8 {
-            self.probe.add(if start == 0 { Work::Q8AtStart } else { Work::Q8Nodes }, 1);
-        }
-        if !self.params.q8 || start == 0 {
-            self.split(node, aabb, n, |k, first| Pending { node: first + k, start: start + k, n: 1 });
-            return;
-        }
-        // The original left split positions of −1 in place: seven children without triangles, whose boxes are those of
-        // the triangles at their first slots, and an eighth that reaches one slot back into its left neighbour.
-        let first = self.nodes.len();
-        self.nodes[node] = Node::inner(aabb, first, 8);
-        for k in 0..7 {
-            let slot = if k == 0 { start } else { start - 1 };
-            let aabb = self.boxes[self.order[slot] as usize];
-            self.nodes.push(Node::leaf(aabb, start, 0));
-        }
-        self.nodes.push(Node::leaf(Aabb::EMPTY, 0, 0));
-        self.pending.push(Pending { node: first + 7, start: start - 1, n: n + 1 });
-    }
-
-    fn sort(&mut self, start: usize, n: usize, axis: usize) {
-        let boxes = self.boxes;
-        self.order[start..start + n].sort_unstable_by_key(|&t| (OrderedFloat(boxes[t as usize].min[axis]), t));
-    }
-
-    fn best_splits(&mut self, aabb: &Aabb, start: usize, n: usize) -> Search {
-        let stride = self.params.stride(n);
-        let positions = self.params.positions(n);
-        let cost = ChildCost::new(aabb, n);
-        let mut best_cost = i64::MAX;
-        let mut best = None;
-        for axis in 0..3 {
-            self.sort(start, n, axis);
-            let sorted = &self.order[start..start + n];
-            let runs = Runs::new(sorted, self.boxes, stride, positions, &cost, self.probe);
-            let mut combinations = Combinations {
-                runs: &runs,
-                n: n as u64,
-                best_cost,
-                best: [0; MAX_SPLITS],
-                chosen: [0; MAX_SPLITS],
-                steps: 0,
-                probe: self.probe,
-            };
-            if combinations.choose(0, self.params.arity - 1, 0, 0).is_none() {
-                return Search::Stopped;
-            }
-            if combinations.best_cost < best_cost {
-                best_cost = combinations.best_cost;
-                let splits = combinations.best[..self.params.arity - 1].iter().map(|s| s * stride).collect();
-                best = Some(Best { axis, splits });
-            }
-        }
-        best.map_or(Search::None, Search::Best)
-    }
-
-    fn stopped(&self, current: usize) -> BuildError {
-        let pending = self.pending.iter().map(|p| p.n).chain([current]).collect();
-        BuildError::Stopped(Unfinished { pending })
+/// Builds the tree over `boxes`, one per triangle, by costs added as `costs` says.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_by<P: Probe>(boxes: &[Aabb], params: &Published, costs: Costs, probe: &mut P) -> Result<Bvh, BuildError> {
+    match costs {
+        Costs::Exact => build(boxes, params, probe),
+        Costs::Single => grow(boxes, params, probe, best_choice::<P, SingleCost>),
     }
 }
 
-enum Search {
-    Best(Best),
-    None,
-    Stopped,
+fn best_choice<P: Probe, C: Arithmetic>(mut node: Splitting, probe: &mut P) -> Search {
+    let n = node.ids.len();
+    let stride = node.params.stride(n);
+    let positions = node.params.positions(n);
+    let terms = C::of_node(&node.aabb, n);
+    let mut best_cost = C::ABOVE;
+    let mut best = Search::None;
+    for axis in 0..3 {
+        node.sort(axis);
+        let runs = Runs::new(node.ids, node.boxes, stride, positions, &terms, probe);
+        let mut combinations = Combinations {
+            runs: &runs,
+            n: n as u64,
+            best_cost,
+            best: [0; MAX_SPLITS],
+            chosen: [0; MAX_SPLITS],
+            steps: 0,
+            probe,
+        };
+        if combinations.choose(0, node.params.arity - 1, 0, C::EMPTY).is_none() {
+            return Search::Stopped;
+        }
+        if combinations.best_cost < best_cost {
+            best_cost = combinations.best_cost;
+            best = Search::Best(Choice { axis, positions: combinations.best });
+        }
+    }
+    best
 }
-
-/// Splits of the widest node.
-const MAX_SPLITS: usize = 7;
 
 /// The cost of every run of segments between two split positions of one axis.
-struct Runs {
+struct Runs<C: Arithmetic> {
     /// Number of split positions m; there are m + 1 segments.
     positions: usize,
     /// `cost[a·(m+2) + b]`: the child made of segments a … b − 1.
-    cost: Vec<i64>,
+    cost: Vec<C::Cost>,
     /// `rest[a]`: the child made of segments a … m.
-    rest: Vec<i64>,
+    rest: Vec<C::Cost>,
 }
 
-impl Runs {
+impl<C: Arithmetic> Runs<C> {
     fn new<P: Probe>(
         sorted: &[u32],
         boxes: &[Aabb],
         stride: usize,
         positions: usize,
-        cost: &ChildCost,
+        terms: &C,
         probe: &mut P,
     ) -> Self {
         let n = sorted.len();
@@ -199,12 +94,12 @@ impl Runs {
             .collect();
         probe.add(Work::BoxUnions, n as u64);
         let width = positions + 2;
-        let mut table = vec![0; width * width];
+        let mut table = vec![C::Cost::default(); width * width];
         for a in 0..=positions {
             let mut aabb = Aabb::EMPTY;
             for b in a + 1..=positions + 1 {
                 aabb = aabb.union(&segments[b - 1]);
-                table[a * width + b] = cost.term(&aabb, begin(b) - begin(a) - 1);
+                table[a * width + b] = terms.term(&aabb, begin(b) - begin(a) - 1);
                 probe.add(Work::BoxUnions, 1);
                 probe.add(Work::ChildCosts, 1);
             }
@@ -213,17 +108,17 @@ impl Runs {
         Self { positions, cost: table, rest }
     }
 
-    fn from(&self, a: usize) -> &[i64] {
+    fn from(&self, a: usize) -> &[C::Cost] {
         let width = self.positions + 2;
         &self.cost[a * width..(a + 1) * width]
     }
 }
 
 /// Walks through every choice of split positions in lexicographic order.
-struct Combinations<'a, P> {
-    runs: &'a Runs,
+struct Combinations<'a, P, C: Arithmetic> {
+    runs: &'a Runs<C>,
     n: u64,
-    best_cost: i64,
+    best_cost: C::Cost,
     best: [usize; MAX_SPLITS],
     chosen: [usize; MAX_SPLITS],
     /// Combinations since the probe was last asked.
@@ -231,17 +126,18 @@ struct Combinations<'a, P> {
     probe: &'a mut P,
 }
 
-impl<P: Probe> Combinations<'_, P> {
+impl<P: Probe, C: Arithmetic> Combinations<'_, P, C> {
     /// Chooses `left` more positions beyond position `last` (0 is before the first), `sum` being the cost of the
     /// children before it. `None` when the probe asked to stop.
-    fn choose(&mut self, depth: usize, left: usize, last: usize, sum: i64) -> Option<()> {
+    fn choose(&mut self, depth: usize, left: usize, last: usize, sum: C::Cost) -> Option<()> {
         let runs = self.runs;
         let from = runs.from(last);
         if left == 1 {
             let below = &from[last + 1..=runs.positions.max(last)];
             let above = &runs.rest[last + 1..=runs.positions.max(last)];
             for (p, (below, above)) in (last + 1..).zip(below.iter().zip(above)) {
-                let total = sum + below + above;
+                // From left to right: f32 rounds after each child.
+                let total = sum + *below + *above;
                 self.probe.add(Work::Combinations, 1);
                 self.probe.add(Work::OriginalUnions, self.n);
                 if total < self.best_cost {
@@ -256,7 +152,7 @@ impl<P: Probe> Combinations<'_, P> {
             let end = (runs.positions + 2).saturating_sub(left);
             for (p, child) in from.iter().enumerate().take(end).skip(last + 1) {
                 self.chosen[depth] = p;
-                self.choose(depth + 1, left - 1, p, sum + child)?;
+                self.choose(depth + 1, left - 1, p, sum + *child)?;
             }
         }
         // Asked at the root and above the two innermost loops.

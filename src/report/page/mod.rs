@@ -1,5 +1,6 @@
 //! The page: one self-contained HTML file, figures and styles inside it.
 
+mod decisions;
 mod notes;
 mod provenance;
 mod tables;
@@ -38,6 +39,7 @@ pub(crate) fn html(study: &Study, summary: &Summary, figures: &Figures) -> Strin
         (tables::section(study, headline, 4..=9))
         (notes::secondary_rays(study))
         (notes::rule_q8(study))
+        (decisions::section(study))
         (notes::unfinished(study))
         @for preset in PRESETS.into_iter().skip(1).filter(|p| study.has(p)) {
             (other_preset(study, figures, preset))

@@ -121,14 +121,18 @@ pub(crate) fn unfinished(study: &Study) -> Markup {
     let builds = study.builds.iter().filter(|r| r.status != Status::Ok).map(|r| {
         let cell = format!("{} {} {} k={} ({})", r.preset, r.scene, r.construction.id(), r.arity, r.engine);
         let projected = r.projected_ms.map(|ms| format!(", ≈ {} s", grouped(&significant(ms / 1000.0, 3))));
-        (cell, status(r.status), projected.unwrap_or_default(), r.note.clone())
+        (cell, r.status.id(), projected.unwrap_or_default(), r.note.clone())
     });
     let traces = study.traces.iter().filter(|r| r.status != Status::Ok).map(|r| {
         let (construction, lighting) = (r.construction.id(), r.lighting.id());
         let cell = format!("{} {} {construction} k={} {lighting}", r.preset, r.scene, r.arity);
-        (cell, status(r.status), String::new(), r.note.clone())
+        (cell, r.status.id(), String::new(), r.note.clone())
     });
-    let rows: Vec<_> = builds.chain(traces).collect();
+    let decisions = study.decisions.iter().filter(|r| r.status != Status::Ok).map(|r| {
+        let cell = format!("{} {} k={} decisions", r.preset, r.scene, r.arity);
+        (cell, r.status.id(), String::new(), r.note.clone())
+    });
+    let rows: Vec<_> = builds.chain(traces).chain(decisions).collect();
     html! {
         @if !rows.is_empty() {
             details id="unfinished" {
@@ -140,14 +144,5 @@ pub(crate) fn unfinished(study: &Study) -> Markup {
                 }
             }
         }
-    }
-}
-
-const fn status(status: Status) -> &'static str {
-    match status {
-        Status::Ok => "ok",
-        Status::Capped => "capped",
-        Status::Projected => "projected",
-        Status::Error => "error",
     }
 }

@@ -9,17 +9,18 @@ pub(crate) fn footer(study: &Study) -> Markup {
     let distinct = |of: &dyn Fn() -> BTreeSet<String>| of().into_iter().collect::<Vec<_>>().join(", ");
     let builds = &study.builds;
     let traces = &study.traces;
+    let decisions = &study.decisions;
     let versions = distinct(&|| {
         let b = builds.iter().map(|r| r.version.clone());
-        b.chain(traces.iter().map(|r| r.version.clone())).collect()
+        b.chain(traces.iter().map(|r| r.version.clone())).chain(decisions.iter().map(|r| r.version.clone())).collect()
     });
     let commits = distinct(&|| {
         let b = builds.iter().map(|r| r.commit.clone());
-        b.chain(traces.iter().map(|r| r.commit.clone())).collect()
+        b.chain(traces.iter().map(|r| r.commit.clone())).chain(decisions.iter().map(|r| r.commit.clone())).collect()
     });
     let machines = distinct(&|| {
         let b = builds.iter().map(|r| r.machine.clone());
-        b.chain(traces.iter().map(|r| r.machine.clone())).collect()
+        b.chain(traces.iter().map(|r| r.machine.clone())).chain(decisions.iter().map(|r| r.machine.clone())).collect()
     });
     let build_threads = distinct(&|| builds.iter().map(|r| r.threads.to_string()).collect());
     let trace_threads = distinct(&|| traces.iter().map(|r| r.threads.to_string()).collect());
@@ -30,7 +31,7 @@ pub(crate) fn footer(study: &Study) -> Markup {
                 dt { "Commit" } dd { code { (commits) } }
                 dt { "Machine" } dd { (machines) }
                 dt { "Threads" } dd { "builds " (build_threads) "; traversals " (trace_threads) }
-                dt { "Rows" } dd { (builds.len()) " builds, " (traces.len()) " traversals" }
+                dt { "Rows" } dd { (builds.len()) " builds, " (traces.len()) " traversals, " (decisions.len()) " comparisons of costs" }
                 dt { "Measure again" } dd { code { "bvh-lab reproduce --out DIR" } }
                 dt { "Draw again" } dd { code { "bvh-lab report --rows DIR/rows --out DIR" } }
             }

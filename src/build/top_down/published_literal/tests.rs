@@ -1,8 +1,8 @@
 //! The engine against the specification written down word by word, its counts against the closed form.
 
-use super::super::Published;
-use super::build;
-use crate::build::testing::{any_boxes, inner_sizes};
+use super::super::{Costs, Published};
+use super::{build, build_by};
+use crate::build::testing::{any_boxes, choices, inner_sizes, six_in_a_row};
 use crate::build::{Brake, BuildError, ChildCost, Counters, Work};
 use crate::bvh::{Bvh, Limits, tree_hash, validate};
 use crate::geom::Aabb;
@@ -18,7 +18,7 @@ enum Content {
 }
 
 /// `build(start, n)` of the specification, every combination uniting all boxes again.
-fn specified(boxes: &[Aabb], order: &mut [u32], start: usize, n: usize, p: &Published) -> Spec {
+fn specified(boxes: &[Aabb], order: &mut [u32], start: usize, n: usize, p: &Published, costs: Costs) -> Spec {
     let union = |slots: &[u32]| Aabb::union_of(slots.iter().map(|&t| &boxes[t as usize]));
     let node = union(&order[start..start + n]);
     if n <= 4 {
@@ -40,15 +40,18 @@ fn specified(boxes: &[Aabb], order: &mut [u32], start: usize, n: usize, p: &Publ
         // Only with other numbers of candidates than the thesis', or when not even every rank is enough.
         candidates = spaced(1);
     }
-    let cost = ChildCost::new(&node, n);
-    let mut best: Option<(i64, usize, Vec<usize>)> = None;
+    let mut best: Option<((i64, f32), usize, Vec<usize>)> = None;
     for axis in 0..3 {
         sort(order, axis);
         for choice in choices(&candidates, p.arity - 1) {
-            let mut total = 0;
-            for (from, to) in ranges(&choice, n) {
-                total += cost.term(&union(&order[start + from..start + to]), to - from - 1);
-            }
+            let children: Vec<_> = ranges(&choice, n)
+                .into_iter()
+                .map(|(from, to)| (union(&order[start + from..start + to]), to - from))
+                .collect();
+            let total = match costs {
+                Costs::Exact => (exact_cost(&node, &children), 0.0),
+                Costs::Single => (0, single_cost(&node, &children)),
+            };
             if best.as_ref().is_none_or(|b| total < b.0) {
                 best = Some((total, axis, choice));
             }
@@ -59,7 +62,7 @@ fn specified(boxes: &[Aabb], order: &mut [u32], start: usize, n: usize, p: &Publ
         Some((_, axis, choice)) => {
             sort(order, axis);
             let children = ranges(&choice, n);
-            children.into_iter().map(|(a, b)| specified(boxes, order, start + a, b - a, p)).collect()
+            children.into_iter().map(|(a, b)| specified(boxes, order, start + a, b - a, p, costs)).collect()
         }
         None if !p.q8 || start == 0 => {
             (start..start + n).map(|slot| Spec(own_box(order, slot), Content::Leaf { start: slot, n: 1 })).collect()
@@ -68,31 +71,36 @@ fn specified(boxes: &[Aabb], order: &mut [u32], start: usize, n: usize, p: &Publ
             let empty = |slot| Spec(own_box(order, slot), Content::Leaf { start, n: 0 });
             let mut children = vec![empty(start)];
             children.extend((0..6).map(|_| empty(start - 1)));
-            children.push(specified(boxes, order, start - 1, n + 1, p));
+            children.push(specified(boxes, order, start - 1, n + 1, p, costs));
             children
         }
     };
     Spec(node, Content::Inner(children))
 }
 
+/// The cost of children with so many triangles each, as integers.
+fn exact_cost(node: &Aabb, children: &[(Aabb, usize)]) -> i64 {
+    let n = children.iter().map(|c| c.1).sum();
+    children.iter().map(|(aabb, n_child)| ChildCost::new(node, n).term(aabb, n_child - 1)).sum()
+}
+
+/// The cost as the thesis' program added it up, written out.
+fn single_cost(node: &Aabb, children: &[(Aabb, usize)]) -> f32 {
+    let area = |b: &Aabb| -> f32 {
+        let (x, y, z) = (b.max.x - b.min.x, b.max.y - b.min.y, b.max.z - b.min.z);
+        2.0 * (x * y + y * z + z * x)
+    };
+    let mut sum: f32 = 0.125;
+    for (aabb, n_child) in children {
+        let share: f32 = if area(node) == 0.0 || !area(node).is_finite() { 0.0 } else { area(aabb) / area(node) };
+        sum += share * (n_child - 1) as f32;
+    }
+    sum
+}
+
 fn ranges(splits: &[usize], n: usize) -> Vec<(usize, usize)> {
     let starts = [0].into_iter().chain(splits.iter().copied());
     starts.zip(splits.iter().copied().chain([n])).collect()
-}
-
-/// Every choice of `k` of `from`, in lexicographic order.
-fn choices(from: &[usize], k: usize) -> Vec<Vec<usize>> {
-    if k == 0 {
-        return vec![vec![]];
-    }
-    let mut all = Vec::new();
-    for (i, &first) in from.iter().enumerate() {
-        for mut rest in choices(&from[i + 1..], k - 1) {
-            rest.insert(0, first);
-            all.push(rest);
-        }
-    }
-    all
 }
 
 fn same(spec: &Spec, order: &[u32], bvh: &Bvh, index: usize) -> bool {
@@ -115,10 +123,12 @@ fn same(spec: &Spec, order: &[u32], bvh: &Bvh, index: usize) -> bool {
 }
 
 fn check(boxes: &[Aabb], p: &Published) {
-    let bvh = build(boxes, p, &mut ()).unwrap();
-    let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
-    let spec = specified(boxes, &mut order, 0, boxes.len(), p);
-    assert!(same(&spec, &order, &bvh, 0), "{p:?} {boxes:?}");
+    for costs in Costs::ALL {
+        let bvh = build_by(boxes, p, costs, &mut ()).unwrap();
+        let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
+        let spec = specified(boxes, &mut order, 0, boxes.len(), p, costs);
+        assert!(same(&spec, &order, &bvh, 0), "{costs:?} {p:?} {boxes:?}");
+    }
 }
 
 proptest! {
@@ -215,4 +225,29 @@ fn bad_parameters_and_boxes_are_refused() {
     assert_eq!(build(&[], &Published::at_arity(2), &mut ()), Err(BuildError::NoTriangles));
     let nan = [Aabb::new(Vec3::NAN, Vec3::ONE)];
     assert_eq!(build(&nan, &Published::at_arity(2), &mut ()), Err(BuildError::InvalidBox(0)));
+}
+
+#[test]
+fn f32_sums_turn_decisions_round() {
+    let p = Published { arity: 2, candidates: 3, q8: true };
+    let sizes = |boxes: &[Aabb], costs| -> Vec<usize> {
+        let bvh = build_by(boxes, &p, costs, &mut ()).unwrap();
+        bvh.children(0).map(|c| bvh.leaf_triangles(c).len()).collect()
+    };
+    // Equal boxes, an exact tie: the first wins. In f32 (0.125 + a) + b is above (0.125 + b) + a.
+    let equal = six_in_a_row(12.75, 0);
+    assert_eq!((sizes(&equal, Costs::Exact), sizes(&equal, Costs::Single)), (vec![2, 4], vec![4, 2]));
+    // Lower boxes at the end: the second choice is better by 4e-9, which f32 cannot tell: the first wins.
+    let lower = six_in_a_row(3.0, 1);
+    assert_eq!((sizes(&lower, Costs::Exact), sizes(&lower, Costs::Single)), (vec![4, 2], vec![2, 4]));
+}
+
+#[test]
+fn nodes_whose_areas_overflow_f32_are_split_at_the_first_choice() {
+    let boxes: Vec<_> = row(9).iter().map(|b| Aabb::new(b.min * 3e37, b.max * 3e37)).collect();
+    let bvh = build_by(&boxes, &Published::at_arity(2), Costs::Single, &mut ()).unwrap();
+    let first: Vec<usize> = bvh.children(0).map(|c| if bvh.nodes[c].is_leaf() { 1 } else { 8 }).collect();
+    assert_eq!(first, [1, 8]);
+    check(&boxes, &Published::at_arity(2));
+    check(&boxes, &Published::at_arity(4));
 }
