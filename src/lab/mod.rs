@@ -22,7 +22,7 @@ pub use closed_form::{LiteralWork, literal_work};
 pub use machine::{commit, machine, version};
 pub use measure::{Repeats, repeat, spread};
 pub use picture::{PictureError, figure3};
-pub use replay::original_work;
+pub use replay::{original_work, sampled_work};
 pub use scaling::{EXACT_BUDGET, LITERAL_BUDGET, ScalingStudy, sizes_up_to};
 pub use study::{DEFAULT_BUDGET, SCENES, Scope, Study, StudyError, Watch};
 pub use text::human_seconds;

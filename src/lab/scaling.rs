@@ -185,7 +185,7 @@ impl ScalingStudy {
             builder: job.builder,
             options: job.options,
             budget: Some(job.allowed(subject.triangles.len(), budget)),
-            repeats: Repeats { enough: Duration::from_millis(500), ..Repeats::default() },
+            repeats: Repeats { enough: job.enough(), ..Repeats::default() },
         };
         let mut tree = None;
         match pool.install(|| measure_build(&subject.triangles, &cell)) {
@@ -319,6 +319,11 @@ impl Job {
         let kind = if from.build_ms.is_some() { "the time measured" } else { "the time projected" };
         let note = format!("not begun: projected from {kind} on {} by the work in closed form", from.scene);
         (ms > limit).then_some((Some(ms), note))
+    }
+
+    /// How long a build is timed: an exact one often enough that its memory is warm at the greatest sizes too.
+    fn enough(&self) -> Duration {
+        Duration::from_millis(if self.options.engine == Engine::Exact { 3000 } else { 500 })
     }
 
     /// What a build is allowed; one that is far beyond its budget by the model alone is only tried.

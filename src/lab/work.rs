@@ -4,7 +4,7 @@
 use super::closed_form::literal_work;
 use super::machine::{commit, version};
 use super::projection::Model;
-use super::replay::original_work;
+use super::replay::sampled_work;
 use super::scaling::triangles_hash;
 use super::study::StudyError;
 use crate::build::{self, Brake, BuildOptions, Builder, Preset};
@@ -107,8 +107,10 @@ impl WorkStudy<'_> {
             row.note = "not replayed: a smaller scene passed the budget".into();
             return;
         }
-        match original_work(boxes, Instant::now().checked_add(self.budget)) {
+        let every = one_in(boxes.len());
+        match sampled_work(boxes, every, Instant::now().checked_add(self.budget)) {
             Ok(Some(work)) => {
+                row.original_every = Some(every);
                 row.original_queries = Some(work.queries);
                 row.original_visits = Some(work.visited);
                 row.original_list_steps = Some(work.list_steps);
@@ -118,6 +120,14 @@ impl WorkStudy<'_> {
             Err(why) => row.note = why,
         }
     }
+}
+
+/// One search in how many is replayed over `n` triangles: all of them on small scenes; beyond, so few that the whole costs
+/// about the same, as both the number of searches and the cost of one grow with n.
+fn one_in(n: usize) -> u64 {
+    /// Triangles up to which all searches are made.
+    const ALL: f64 = 4000.0;
+    ((n as f64 / ALL).powi(2).round() as u64).max(1)
 }
 
 fn empty_row(scene: &str, n: usize, hash: &str, construction: Construction, options: BuildOptions) -> WorkRow {
@@ -132,6 +142,7 @@ fn empty_row(scene: &str, n: usize, hash: &str, construction: Construction, opti
         model_steps: Model::new(construction, options).steps(n),
         literal_steps: None,
         literal_unions: None,
+        original_every: None,
         original_queries: None,
         original_visits: None,
         original_list_steps: None,

@@ -6,6 +6,8 @@
 mod cells;
 mod figures;
 mod files;
+mod fit;
+mod growth;
 mod number;
 mod page;
 pub mod printed;
@@ -17,6 +19,7 @@ pub use summary::{CLOSE, Counts, Summary, Within};
 use crate::rows::{BuildRow, Row, RowError, TraceRow, read};
 use cells::Study;
 use files::Folder;
+use growth::{Growth, exponents, laws};
 use std::path::{Path, PathBuf};
 
 /// The presets that are reported: what the thesis' program did, and what its words say. The first is the headline.
@@ -31,15 +34,15 @@ pub enum ReportError {
     /// There is nothing to report.
     #[error("no rows in {}; measure first, or name the folder that holds builds.csv", .0.display())]
     NoRows(PathBuf),
-    /// The two row files come from different programs.
-    #[error("{path}: builds are of {builds}, traces of {traces}; measure again into another --out", path = path.display())]
+    /// Two row files come from different programs.
+    #[error("{path}: rows of {first} beside rows of {other}; measure again into another --out", path = path.display())]
     Mixed {
         /// The rows folder.
         path: PathBuf,
-        /// Version and commit of the builds.
-        builds: String,
-        /// Version and commit of the traces.
-        traces: String,
+        /// Version and commit of some rows.
+        first: String,
+        /// Version and commit of others.
+        other: String,
     },
     /// The file system refused.
     #[error("cannot {what} {path}: {source}", path = path.display())]
@@ -82,8 +85,10 @@ impl ReportError {
 /// Files already written stay, each of them whole.
 pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
     let study = Study { builds: read::<BuildRow>(rows_dir)?, traces: read::<TraceRow>(rows_dir)? };
-    check_origin(rows_dir, &study)?;
-    let summary = Summary::of(&study);
+    let growth = Growth::read(rows_dir, &study.builds)?;
+    check_origin(rows_dir, &study, &growth)?;
+    let mut summary = Summary::of(&study);
+    summary.error_rows += growth.errors();
     let mut folder = Folder::new(out_dir);
 
     for preset in PRESETS {
@@ -96,7 +101,23 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         folder.write(&format!("{dir}/table2-exact.csv"), engines.as_bytes())?;
     }
 
-    let figures = figures::draw_all(&study, rows_dir)?;
+    let (laws, exponents) = (laws::laws(&growth), exponents::exponents(&growth));
+    let residuals = laws::residuals(&growth, &laws);
+    let growth_tables = [
+        ("tables/scaling.csv", exponents::csv_text(&exponents)),
+        ("tables/why.csv", laws::laws_csv(&laws)),
+        ("tables/why-cells.csv", laws::residuals_csv(&residuals)),
+    ];
+    for (name, text) in growth_tables {
+        match growth.is_empty() {
+            true => folder.remove(name)?,
+            false => folder.write(name, text.as_bytes())?,
+        }
+    }
+
+    let mut figures = figures::draw_all(&study, rows_dir)?;
+    let shown = if growth.is_empty() { &[][..] } else { &residuals };
+    figures.extend(&study, &growth, shown)?;
     for (name, rendered) in figures.iter() {
         for (ending, bytes) in [("svg", rendered.map(|r| r.svg.as_bytes())), ("png", rendered.map(|r| &r.png[..]))] {
             let file = format!("figures/{name}.{ending}");
@@ -107,20 +128,27 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         }
     }
 
-    let html = page::html(&study, &summary, &figures);
+    let html = page::html(
+        &study,
+        &summary,
+        &figures,
+        &page::growth::Fits { growth: &growth, laws: &laws, residuals: &residuals, exponents: &exponents },
+    );
     folder.write("index.html", html.as_bytes())?;
     Ok(Summary { files: folder.into_written(), ..summary })
 }
 
-fn check_origin(rows_dir: &Path, study: &Study) -> Result<(), ReportError> {
+fn check_origin(rows_dir: &Path, study: &Study, growth: &Growth) -> Result<(), ReportError> {
     let name = |(version, commit): (&str, &str)| format!("{version} ({commit})");
     let builds = study.builds.first().map(|r| name(r.origin()));
     let traces = study.traces.first().map(|r| name(r.origin()));
-    match (builds, traces) {
-        (None, None) => Err(ReportError::NoRows(rows_dir.into())),
-        (Some(builds), Some(traces)) if builds != traces => {
-            Err(ReportError::Mixed { path: rows_dir.into(), builds, traces })
-        }
-        _ => Ok(()),
+    let growth = growth.origin().into_iter().map(name);
+    let mut all = builds.into_iter().chain(traces).chain(growth);
+    let Some(first) = all.next() else {
+        return Err(ReportError::NoRows(rows_dir.into()));
+    };
+    match all.find(|other| *other != first) {
+        Some(other) => Err(ReportError::Mixed { path: rows_dir.into(), first, other }),
+        None => Ok(()),
     }
 }

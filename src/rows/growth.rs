@@ -97,7 +97,9 @@ pub struct WorkRow {
     pub literal_steps: Option<f64>,
     /// Triangles times combinations, in closed form per node of the tree: the program's box unions.
     pub literal_unions: Option<f64>,
-    /// Searches of the program's kd-tree, replayed (bottom-up `published`).
+    /// One search of the program's kd-tree in so many was replayed, the rest taken by proportion (bottom-up `published`).
+    pub original_every: Option<u64>,
+    /// Searches of the program's kd-tree.
     pub original_queries: Option<u64>,
     /// Nodes that these searches would have visited.
     pub original_visits: Option<u64>,
