@@ -20,6 +20,8 @@ pub struct Arguments {
 pub enum Command {
     /// The whole study of the thesis: rows, tables, figures and a page
     Reproduce(ReproduceArguments),
+    /// Time and work against size and arity, with fitted exponents
+    Scaling(ScalingArguments),
     /// Build one tree: time, work, statistics
     Build(BuildArguments),
     /// Trace rays through one tree: rays per second, work per ray
@@ -54,6 +56,32 @@ pub struct ReproduceArguments {
     /// Readings of the thesis
     #[arg(long, value_delimiter = ',', default_values = ["published", "text"])]
     pub preset: Vec<PresetWord>,
+    /// Folder for rows, tables, figures and the page
+    #[arg(long, value_name = "DIR", default_value = "plots/latest")]
+    pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct ScalingArguments {
+    /// Seconds that one build may take (a cell builds twice or more: timed and counted); beyond that it is capped
+    /// [default: 3 for literal engines, 20 for exact ones]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    pub budget: Option<Duration>,
+    /// Triangles [default: 1,000 to 1,000,000 in half decades]
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
+    pub sizes: Vec<u32>,
+    /// Family of the generated scenes; `bvh-lab list scenes` shows them
+    #[arg(long, value_name = "FAMILY", default_value = "spheres")]
+    pub family: String,
+    /// Readings of the thesis
+    #[arg(long, value_delimiter = ',', default_values = ["published", "text", "walter"])]
+    pub preset: Vec<PresetWord>,
+    /// Scenes for which the work of the thesis' program is put down, in rising size [default: the thesis' five]
+    #[arg(long, value_name = "SCENE", value_delimiter = ',')]
+    pub scenes: Vec<String>,
+    /// Threads for builders that share their work between threads
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: u16,
     /// Folder for rows, tables, figures and the page
     #[arg(long, value_name = "DIR", default_value = "plots/latest")]
     pub out: PathBuf,

@@ -88,5 +88,10 @@ fn experiments() -> Vec<Entry> {
             "Beick 2014",
             "the original's f32 costs beside exact ones: nodes split differently, and what the tree is worth",
         ),
+        entry(
+            "scaling",
+            "Beick 2014",
+            "time and work against size and arity; why the original builds grew as they did",
+        ),
     ]
 }

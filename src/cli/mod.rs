@@ -8,6 +8,7 @@ mod output;
 mod progress;
 mod render;
 mod reproduce;
+mod scaling;
 mod scene;
 mod trace;
 
@@ -71,6 +72,7 @@ pub fn main() -> ExitCode {
 fn run(command: Command) -> Outcome {
     match command {
         Command::Reproduce(a) => reproduce::run(&a),
+        Command::Scaling(a) => scaling::run(&a),
         Command::Report(a) => reproduce::report(&a),
         Command::Build(a) => build::run(&a),
         Command::Trace(a) => trace::run(&a),

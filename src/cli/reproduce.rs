@@ -10,13 +10,7 @@ use bvh_lab::rows::{Construction, Lighting};
 
 /// Runs `reproduce`.
 pub fn run(a: &ReproduceArguments) -> Outcome {
-    // Rows are on disk as they finish, so an interruption loses one cell.
-    let out = a.out.clone();
-    let interrupted = move || {
-        eprintln!("\nbvh-lab: interrupted; finished rows are in {}, the same command goes on from them", out.display());
-        std::process::exit(130);
-    };
-    ctrlc::set_handler(interrupted).map_err(wrong)?;
+    keep_rows_when_interrupted(&a.out)?;
     let rows = a.out.join("rows");
     let scenes = if a.scenes.is_empty() { SCENES.map(str::to_owned).to_vec() } else { a.scenes.clone() };
     let study = Study {
@@ -44,7 +38,17 @@ pub fn report(a: &ReportArguments) -> Outcome {
     finish(&a.rows, &a.out)
 }
 
-fn finish(rows: &std::path::Path, out: &std::path::Path) -> Outcome {
+/// Rows are on disk as they finish, so an interruption loses one cell; it ends with a line that says so.
+pub(super) fn keep_rows_when_interrupted(out: &std::path::Path) -> Outcome {
+    let out = out.to_owned();
+    let interrupted = move || {
+        eprintln!("\nbvh-lab: interrupted; finished rows are in {}, the same command goes on from them", out.display());
+        std::process::exit(130);
+    };
+    ctrlc::set_handler(interrupted).map_err(wrong)
+}
+
+pub(super) fn finish(rows: &std::path::Path, out: &std::path::Path) -> Outcome {
     let summary = report::write(rows, out).map_err(wrong)?;
     say(&format!("{summary}\n{}", out.join("index.html").display()))?;
     match summary.error_rows {

@@ -1,6 +1,8 @@
 //! The laboratory: jobs, budgets, verification, measurement. The only place that writes rows.
 
+mod aside;
 mod build_cell;
+mod closed_form;
 mod decisions;
 mod job;
 mod lock;
@@ -9,16 +11,20 @@ mod measure;
 mod picture;
 pub mod projection;
 mod replay;
+mod scaling;
 mod study;
 mod text;
 mod trace_cell;
 mod twin;
+mod work;
 
 pub use build_cell::{BuildCell, Built, Measured, measure_build};
+pub use closed_form::{LiteralWork, literal_work};
 pub use machine::{commit, machine, version};
 pub use measure::{Repeats, repeat, spread};
 pub use picture::{PictureError, figure3};
-pub use replay::original_work;
+pub use replay::{original_work, sampled_work};
+pub use scaling::{EXACT_BUDGET, LITERAL_BUDGET, ScalingStudy, sizes_up_to};
 pub use study::{DEFAULT_BUDGET, SCENES, Scope, Study, StudyError, Watch};
 pub use text::human_seconds;
 pub use trace_cell::{Stage, Traced};

@@ -7,16 +7,40 @@ use glam::Vec3;
 use std::time::Instant;
 
 /// Follows the chain's searches and merges in the original's kd-tree.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Replay {
     tree: OriginalKdTree,
+    /// One search in so many is made.
+    every: u64,
+    /// Searches of the chain so far.
+    searches: u64,
     /// Whether the tree lacked a cluster that the chain has.
     diverged: bool,
 }
 
+impl Replay {
+    /// The work with all searches in it.
+    fn scaled(&self) -> OriginalWork {
+        let made = self.tree.work();
+        // In 128 bits the products cannot overflow.
+        let all = |n: u64| (u128::from(n) * u128::from(self.searches) / u128::from(made.queries.max(1))) as u64;
+        OriginalWork {
+            queries: self.searches,
+            range_queries: all(made.range_queries),
+            visited: all(made.visited),
+            listed: all(made.listed),
+            list_steps: all(made.list_steps),
+            ..made
+        }
+    }
+}
+
 impl Observer for Replay {
     fn search(&mut self, id: u32, centre: Vec3) {
-        self.diverged |= self.tree.nearest(id, centre).is_none();
+        if self.searches.is_multiple_of(self.every) {
+            self.diverged |= self.tree.nearest(id, centre).is_none();
+        }
+        self.searches += 1;
     }
 
     fn merge(&mut self, a: (u32, Vec3), b: (u32, Vec3), merged: (u32, Vec3)) {
@@ -31,13 +55,23 @@ impl Observer for Replay {
 /// # Errors
 /// One line: the chain's errors, other than being stopped, or that the kd-tree lost a cluster.
 pub fn original_work(boxes: &[Aabb], deadline: Option<Instant>) -> Result<Option<OriginalWork>, String> {
-    let mut replay = Replay::default();
+    sampled_work(boxes, 1, deadline)
+}
+
+/// As [`original_work`], but only one search in `every` is made; what all of them would have visited and sorted follows by
+/// proportion. A search's cost changes slowly over a build, as clusters become fewer, so evenly spaced ones stand for the
+/// rest. Insertions and removals are all made and counted.
+///
+/// # Errors
+/// As [`original_work`].
+pub fn sampled_work(boxes: &[Aabb], every: u64, deadline: Option<Instant>) -> Result<Option<OriginalWork>, String> {
+    let mut replay = Replay { tree: OriginalKdTree::new(), every: every.max(1), searches: 0, diverged: false };
     for (id, aabb) in (0..).zip(boxes) {
         replay.tree.insert(id, aabb.centre().as_vec3());
     }
     match chain_literal::build(boxes, &mut Brake::new(deadline), &mut replay) {
         Ok(_) if replay.diverged => Err("the replayed kd-tree lost a cluster of the chain".into()),
-        Ok(_) => Ok(Some(replay.tree.work())),
+        Ok(_) => Ok(Some(replay.scaled())),
         Err(BuildError::Stopped(_)) => Ok(None),
         Err(e) => Err(e.to_string()),
     }
@@ -58,6 +92,19 @@ mod tests {
         assert_eq!(work.queries, counters.get(Work::NearestSearches));
         assert_eq!(work.inserts, boxes.len() as u64 + counters.get(Work::Merges));
         assert!(work.visited > work.queries && work.list_steps > work.listed);
+    }
+
+    #[test]
+    fn a_sample_of_the_searches_stands_for_all() {
+        let boxes = Scene::load("thesis:small").unwrap().boxes();
+        let all = original_work(&boxes, None).unwrap().unwrap();
+        assert_eq!(sampled_work(&boxes, 1, None).unwrap().unwrap(), all);
+        let some = sampled_work(&boxes, 8, None).unwrap().unwrap();
+        assert_eq!((some.queries, some.inserts, some.insert_steps), (all.queries, all.inserts, all.insert_steps));
+        for (a, b) in [(some.visited, all.visited), (some.list_steps, all.list_steps)] {
+            let ratio = a as f64 / b as f64;
+            assert!((0.95..1.05).contains(&ratio), "{ratio}");
+        }
     }
 
     #[test]

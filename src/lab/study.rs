@@ -4,19 +4,19 @@
 //! where its times are wanted; they are measured within a budget, projected beyond it, and its trees must be the same
 //! ones. Every finished cell is on disk before the next one begins, and a second run goes on from there.
 
+use super::aside::set_aside_other_versions;
 use super::build_cell::{BuildCell, Built, Measured, measure_build, measure_uncounted};
 use super::job::{Job, fill, outcome};
 use super::lock::Lock;
-use super::machine::{commit, version};
 use super::measure::Repeats;
 use super::replay::original_work;
 use super::trace_cell::Stage;
 use super::twin::{copy_counts, same_tree, same_work, twin};
 use crate::build::{self, Engine, Preset};
 use crate::bvh::Bvh;
-use crate::rows::{BuildRow, Construction, DecisionRow, Lighting, Row, RowError, RowFile, Status, TraceRow, read};
+use crate::rows::{BuildRow, Construction, Lighting, Row, RowError, RowFile, Status, TraceRow};
 use crate::scene::{Scene, SceneError};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// The thesis' five geometries, in rising size.
@@ -113,7 +113,7 @@ impl Study {
         let stages: Vec<Stage> =
             self.scenes.iter().map(|name| Scene::load(name).map(|s| Stage::new(&s))).collect::<Result<_, _>>()?;
         let _lock = Lock::take(&self.rows)?;
-        self.set_aside_other_versions(watch)?;
+        set_aside_other_versions(&self.rows, watch)?;
         let mut builds = RowFile::<BuildRow>::open(&self.rows)?;
         let mut traces = RowFile::<TraceRow>::open(&self.rows)?;
         let jobs = self.jobs(&stages);
@@ -150,33 +150,6 @@ impl Study {
     fn builds(&self, preset: Preset) -> impl Iterator<Item = (Construction, usize)> + '_ {
         let has = move |c: Construction| build::find(c.id()).is_some_and(|b| b.presets.contains(&preset));
         self.scope.builds.iter().copied().filter(move |&(c, _)| has(c))
-    }
-
-    /// Rows of another program are moved aside, not mixed with ours and not lost.
-    fn set_aside_other_versions(&self, watch: &mut dyn Watch) -> Result<(), StudyError> {
-        fn other<R: Row>(dir: &Path) -> Result<Option<String>, RowError> {
-            let rows = read::<R>(dir)?;
-            let foreign = rows.first().filter(|r| r.origin() != (self::version(), commit()));
-            Ok(foreign.map(|r| r.origin().1.to_owned()))
-        }
-        let builds_or_traces = other::<BuildRow>(&self.rows)?.or(other::<TraceRow>(&self.rows)?);
-        let Some(theirs) = builds_or_traces.or(other::<DecisionRow>(&self.rows)?) else {
-            return Ok(());
-        };
-        let aside = (1..)
-            .map(|k| self.rows.with_file_name(format!("rows-{theirs}-{k}")))
-            .find(|p| !p.exists())
-            .expect("some number is free");
-        let io = |what| move |source| RowError::Io { what, path: self.rows.clone(), source };
-        std::fs::create_dir(&aside).map_err(io("set aside"))?;
-        for entry in std::fs::read_dir(&self.rows).map_err(io("read"))? {
-            let entry = entry.map_err(io("read"))?;
-            if entry.file_name() != Lock::FILE {
-                std::fs::rename(entry.path(), aside.join(entry.file_name())).map_err(io("set aside"))?;
-            }
-        }
-        watch.say(&format!("rows of commit {theirs} moved to {}; measuring anew", aside.display()));
-        Ok(())
     }
 
     /// Estimated seconds of a cell.

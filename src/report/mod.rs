@@ -7,6 +7,8 @@ mod cells;
 mod decisions;
 mod figures;
 mod files;
+mod fit;
+mod growth;
 mod number;
 mod page;
 pub mod printed;
@@ -15,9 +17,10 @@ mod tables;
 
 pub use summary::{CLOSE, Counts, Summary, Within};
 
-use crate::rows::{BuildRow, DecisionRow, Row, RowError, TraceRow, read};
+use crate::rows::{BuildRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
 use cells::Study;
 use files::Folder;
+use growth::{Growth, exponents, laws};
 use std::path::{Path, PathBuf};
 
 /// The presets that are reported: what the thesis' program did, and what its words say. The first is the headline.
@@ -87,8 +90,10 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         traces: read::<TraceRow>(rows_dir)?,
         decisions: read::<DecisionRow>(rows_dir)?,
     };
-    check_origin(rows_dir, &study)?;
-    let summary = Summary::of(&study);
+    let growth = Growth::read(rows_dir, &study.builds)?;
+    check_origin(rows_dir, &study, &growth)?;
+    let mut summary = Summary::of(&study);
+    summary.error_rows += growth.errors();
     let mut folder = Folder::new(out_dir);
 
     for preset in PRESETS {
@@ -106,7 +111,23 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         rows => folder.write("tables/decisions.csv", decisions::csv_text(rows).as_bytes())?,
     }
 
-    let figures = figures::draw_all(&study, rows_dir)?;
+    let (laws, exponents) = (laws::laws(&growth), exponents::exponents(&growth));
+    let residuals = laws::residuals(&growth, &laws);
+    let growth_tables = [
+        ("tables/scaling.csv", exponents::csv_text(&exponents)),
+        ("tables/why.csv", laws::laws_csv(&laws)),
+        ("tables/why-cells.csv", laws::residuals_csv(&residuals)),
+    ];
+    for (name, text) in growth_tables {
+        match growth.is_empty() {
+            true => folder.remove(name)?,
+            false => folder.write(name, text.as_bytes())?,
+        }
+    }
+
+    let mut figures = figures::draw_all(&study, rows_dir)?;
+    let shown = if growth.is_empty() { &[][..] } else { &residuals };
+    figures.extend(&study, &growth, shown)?;
     for (name, rendered) in figures.iter() {
         for (ending, bytes) in [("svg", rendered.map(|r| r.svg.as_bytes())), ("png", rendered.map(|r| &r.png[..]))] {
             let file = format!("figures/{name}.{ending}");
@@ -117,16 +138,23 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         }
     }
 
-    let html = page::html(&study, &summary, &figures);
+    let html = page::html(
+        &study,
+        &summary,
+        &figures,
+        &page::growth::Fits { growth: &growth, laws: &laws, residuals: &residuals, exponents: &exponents },
+    );
     folder.write("index.html", html.as_bytes())?;
     Ok(Summary { files: folder.into_written(), ..summary })
 }
 
-fn check_origin(rows_dir: &Path, study: &Study) -> Result<(), ReportError> {
+fn check_origin(rows_dir: &Path, study: &Study, growth: &Growth) -> Result<(), ReportError> {
     let files = [
         (BuildRow::FILE, study.builds.first().map(Row::origin)),
         (TraceRow::FILE, study.traces.first().map(Row::origin)),
         (DecisionRow::FILE, study.decisions.first().map(Row::origin)),
+        (ScalingRow::FILE, growth.scaling.first().map(Row::origin)),
+        (WorkRow::FILE, growth.work.first().map(Row::origin)),
     ];
     let mut origins = files.into_iter().filter_map(|(file, origin)| Some((file, origin?)));
     let Some(first) = origins.next() else {

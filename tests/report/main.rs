@@ -1,6 +1,7 @@
 //! The report on rows made up for the purpose: tables, figures, page, refusals, and what it may import.
 
 mod decisions;
+mod growth;
 mod imports;
 mod synthetic;
 
@@ -58,7 +59,8 @@ fn everything_is_written_and_listed_and_the_same_twice() {
         expected.push(format!("tables/text/table{number}.csv"));
     }
     expected.extend(["tables/table2-exact.csv", "tables/text/table2-exact.csv"].map(str::to_owned));
-    for figure in ["figure3", "figure4", "figure5", "figure4_text", "figure5_text"] {
+    let extended = ["figure4-extended", "figure4-extended_text"];
+    for figure in ["figure3", "figure4", "figure5", "figure4_text", "figure5_text"].into_iter().chain(extended) {
         expected.push(format!("figures/{figure}.svg"));
         expected.push(format!("figures/{figure}.png"));
     }

@@ -29,16 +29,16 @@ pub(crate) fn figure4(study: &Study, preset: &str) -> Sheet {
     let values = panels.iter().flat_map(|p| &p.series).flat_map(|s| &s.points).map(|p| p.1);
     let (low, high) = values.fold((CAP_SECONDS, CAP_SECONDS), |(low, high), v| (low.min(v), high.max(v)));
     let decades = (low.log10() - 0.1).floor() as i32..(high.log10() + 0.1).ceil() as i32;
-    Sheet {
-        panels,
-        scale: Scale::Decades(decades),
-        rules: vec![Rule { value: CAP_SECONDS, label: "eleven days" }],
-        legend: legend(),
-        notes: notes(&cells),
-    }
+    Sheet { panels, scale: Scale::Decades(decades), rules: rules(), legend: legend(), notes: notes(&cells) }
 }
 
-fn series(cells: &[Cell], point: impl Fn(&Cell) -> Option<(f64, Mark)>) -> Vec<Series> {
+/// The line at which the thesis stopped.
+pub(crate) fn rules() -> Vec<Rule> {
+    vec![Rule { value: CAP_SECONDS, label: "eleven days" }]
+}
+
+/// Every series of a panel; `point` gives a cell its place and mark.
+pub(crate) fn series(cells: &[Cell], point: impl Fn(&Cell) -> Option<(f64, Mark)>) -> Vec<Series> {
     let mut all = Vec::new();
     for (construction, line) in [(Construction::BottomUp, Line::Dotted), (Construction::TopDown, Line::Solid)] {
         for model in Model::ALL {
@@ -76,7 +76,8 @@ fn printed_point(cell: &Cell) -> Option<(f64, Mark)> {
     }
 }
 
-fn our_point(cell: &Cell) -> Option<(f64, Mark)> {
+/// Where a cell of ours stands.
+pub(crate) fn our_point(cell: &Cell) -> Option<(f64, Mark)> {
     let positive = |x: Option<f64>| x.filter(|v| *v > 0.0);
     match cell.status {
         CellStatus::Ok => positive(cell.ours).map(|v| (v, Mark::Disc)),
@@ -98,7 +99,8 @@ fn engines(cells: &[Cell]) -> String {
     }
 }
 
-fn legend() -> Vec<Vec<Entry>> {
+/// Models, constructions and marks.
+pub(crate) fn legend() -> Vec<Vec<Entry>> {
     let models = Model::ALL.map(|model| Entry {
         line: Some(Line::Solid),
         mark: None,

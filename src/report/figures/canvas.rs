@@ -1,7 +1,6 @@
 //! Canvas: one drawing, two backends. SVG as it is; PNG drawn at twice its size and averaged down, for smooth edges.
 
 use crate::report::ReportError;
-use crate::report::figures::chart::Sheet;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::FontStyle;
@@ -62,16 +61,28 @@ impl<DB: DrawingBackend> Canvas<'_, DB> {
     }
 }
 
+/// A figure that draws itself on any canvas.
+pub(crate) trait Drawing {
+    /// Width and height in units.
+    fn size(&self) -> (u32, u32);
+
+    /// Draws it.
+    ///
+    /// # Errors
+    /// The backend's.
+    fn draw<DB: DrawingBackend>(&self, canvas: &Canvas<DB>) -> Drawn;
+}
+
 /// Draws a sheet in both formats.
 ///
 /// # Errors
 /// What the backends say, under the figure's name.
-pub(crate) fn render(name: &str, sheet: &Sheet) -> Result<Rendered, ReportError> {
+pub(crate) fn render(name: &str, sheet: &impl Drawing) -> Result<Rendered, ReportError> {
     register_fonts();
     both(sheet).map_err(|reason| ReportError::Draw { figure: name.to_owned(), reason })
 }
 
-fn both(sheet: &Sheet) -> Result<Rendered, String> {
+fn both(sheet: &impl Drawing) -> Result<Rendered, String> {
     let (width, height) = sheet.size();
     let mut svg = String::new();
     {
@@ -92,7 +103,7 @@ fn both(sheet: &Sheet) -> Result<Rendered, String> {
     Ok(Rendered { svg, png: png.into_inner() })
 }
 
-fn paint<DB: DrawingBackend>(sheet: &Sheet, area: &DrawingArea<DB, Shift>, scale: u32) -> Drawn {
+fn paint<DB: DrawingBackend>(sheet: &impl Drawing, area: &DrawingArea<DB, Shift>, scale: u32) -> Drawn {
     area.fill(&WHITE).map_err(|e| e.to_string())?;
     sheet.draw(&Canvas { area, scale })?;
     area.present().map_err(|e| e.to_string())

@@ -1,7 +1,7 @@
 //! Charts against the branching factor: panels of lines, side by side over one legend.
 
 use crate::report::figures::axis::{Axis, Scale};
-use crate::report::figures::canvas::{Canvas, Drawn};
+use crate::report::figures::canvas::{Canvas, Drawing, Drawn};
 use crate::report::figures::legend::{self, Entry};
 use crate::report::figures::marks;
 use crate::report::printed::Model;
@@ -10,8 +10,8 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 pub(crate) const INK: RGBColor = RGBColor(34, 34, 34);
-const GREY: RGBColor = RGBColor(90, 90, 90);
-const GRID: RGBColor = RGBColor(222, 222, 222);
+pub(crate) const GREY: RGBColor = RGBColor(90, 90, 90);
+pub(crate) const GRID: RGBColor = RGBColor(222, 222, 222);
 
 /// Colours that stay apart for colour-blind readers, one a model (after Okabe and Ito 2008, the last two darkened).
 pub(crate) const fn colour(model: Model) -> RGBColor {
@@ -109,18 +109,13 @@ const PANEL_HEIGHT: i32 = 780;
 const LEGEND_ROW: i32 = 40;
 const NOTE_ROW: i32 = 28;
 
-impl Sheet {
-    /// Width and height in units.
-    pub fn size(&self) -> (u32, u32) {
+impl Drawing for Sheet {
+    fn size(&self) -> (u32, u32) {
         let below = LEGEND_ROW * self.legend.len() as i32 + NOTE_ROW * self.notes.len() as i32 + 30;
         (WIDTH, (PANEL_HEIGHT + below) as u32)
     }
 
-    /// Draws it.
-    ///
-    /// # Errors
-    /// The backend's.
-    pub fn draw<DB: DrawingBackend>(&self, canvas: &Canvas<DB>) -> Drawn {
+    fn draw<DB: DrawingBackend>(&self, canvas: &Canvas<DB>) -> Drawn {
         let (top, _) = canvas.area.split_vertically(canvas.px(PANEL_HEIGHT));
         for (panel, area) in self.panels.iter().zip(top.split_evenly((1, self.panels.len()))) {
             self.draw_panel(panel, &area, canvas)?;
@@ -137,7 +132,9 @@ impl Sheet {
         }
         Ok(())
     }
+}
 
+impl Sheet {
     fn draw_panel<DB: DrawingBackend>(
         &self,
         panel: &Panel,

@@ -1,17 +1,23 @@
-//! Figures 3, 4 and 5: each drawn once, by code that does not know whether it draws SVG or pixels.
+//! Figures 3, 4 and 5, and those about growth: each drawn once, by code that does not know whether it draws SVG or pixels.
 
 mod axis;
 mod build_times;
 mod canvas;
 mod chart;
+mod extended;
 mod legend;
+mod loglog;
 mod marks;
 mod nodes;
 mod picture;
+mod scaling;
+mod why;
 
 use crate::report::cells::Study;
+use crate::report::growth::Growth;
+use crate::report::growth::laws::Residual;
 use crate::report::{PRESETS, ReportError};
-use canvas::Rendered;
+use canvas::{Drawing, Rendered};
 use std::path::Path;
 
 /// The figures of a report by file name, in page order; `None` where the rows hold nothing to draw.
@@ -54,4 +60,26 @@ pub(crate) fn draw_all(study: &Study, rows_dir: &Path) -> Result<Figures, Report
         }
     }
     Ok(Figures(figures))
+}
+
+impl Figures {
+    /// Draws those about growth besides: Figure 4 extended, time and work against size, predicted against taken.
+    ///
+    /// # Errors
+    /// A drawing that fails.
+    pub fn extend(&mut self, study: &Study, growth: &Growth, residuals: &[Residual]) -> Result<(), ReportError> {
+        for preset in PRESETS {
+            let suffix = if preset == PRESETS[0] { String::new() } else { format!("_{preset}") };
+            self.add(&format!("figure4-extended{suffix}"), extended::figure4(study, preset))?;
+        }
+        self.add("scaling-time", scaling::time(growth))?;
+        self.add("scaling-work", scaling::work(growth))?;
+        self.add("why", why::why(residuals))
+    }
+
+    fn add(&mut self, name: &str, sheet: Option<impl Drawing>) -> Result<(), ReportError> {
+        let rendered = sheet.map(|s| canvas::render(name, &s)).transpose()?;
+        self.0.push((name.to_owned(), rendered));
+        Ok(())
+    }
 }

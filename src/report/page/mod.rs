@@ -1,6 +1,7 @@
 //! The page: one self-contained HTML file, figures and styles inside it.
 
 mod decisions;
+pub(crate) mod growth;
 mod notes;
 mod provenance;
 mod tables;
@@ -14,7 +15,7 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The whole page as text.
-pub(crate) fn html(study: &Study, summary: &Summary, figures: &Figures) -> String {
+pub(crate) fn html(study: &Study, summary: &Summary, figures: &Figures, fits: &growth::Fits) -> String {
     let headline = PRESETS[0];
     let body = html! {
         h1 { "Bounding volume hierarchies by top-down and bottom-up construction" }
@@ -31,6 +32,8 @@ pub(crate) fn html(study: &Study, summary: &Summary, figures: &Figures) -> Strin
              counts, " code { "combinations" } " and " code { "original_unions" } "."
         }))
         (tables::section(study, headline, 1..=3))
+        (growth::figure4_extended(figures, headline, "figure4-extended"))
+        (growth::sections(fits, figures))
         h2 id="nodes" { "Traversal" }
         (drawing(figures, "figure5", "Figure 5. Nodes per pixel against the branching factor, printed over measured.", html! {
             "Figure 5. Nodes visited per pixel, primary rays only. Node counts do not depend on the machine: they are what tells \
@@ -137,6 +140,7 @@ fn other_preset(study: &Study, figures: &Figures, preset: &str) -> Markup {
         @let caption = html! { "Figures 4 and 5 for this preset." };
         (drawing(figures, &format!("figure4_{preset}"), "Figure 4 for this preset.", html! {}))
         (drawing(figures, &format!("figure5_{preset}"), "Figure 5 for this preset.", caption))
+        (growth::figure4_extended(figures, preset, &format!("figure4-extended_{preset}")))
         details {
             summary { "Tables 2 to 9 for this preset" }
             (tables::section(study, preset, 2..=9))
