@@ -6,17 +6,19 @@ use crate::geom::Aabb;
 /// More than any admissible sum; eight of them still fit an i64.
 pub const INADMISSIBLE: i64 = 1 << 59;
 
-/// Least costs by the number of planes used, or left to use.
-pub type ByPlanes = [i64; 8];
+/// Least costs by the number of planes used, or left to use: 0 … K − 1.
+pub type ByPlanes<const K: usize> = [i64; K];
 
 /// No number of planes reaches anything.
-pub const NO_WAY: ByPlanes = [INADMISSIBLE; 8];
+pub const fn no_way<const K: usize>() -> ByPlanes<K> {
+    [INADMISSIBLE; K]
+}
 
-/// Takes the least of `costs` and of `term` + `beyond` with one plane fewer left.
+/// Takes the least of `costs` and of `term` + `beyond` with one plane fewer.
 #[inline(always)]
-pub fn relax(costs: &mut ByPlanes, term: i64, beyond: &ByPlanes, most: usize) {
-    for left in 1..=most {
-        costs[left] = costs[left].min(term + beyond[left - 1]);
+pub fn relax<const K: usize>(costs: &mut ByPlanes<K>, term: i64, beyond: &ByPlanes<K>) {
+    for planes in 1..K {
+        costs[planes] = costs[planes].min(term + beyond[planes - 1]);
     }
 }
 
@@ -40,15 +42,15 @@ pub fn heads<P: Probe>(slabs: &[Aabb], budget: i64, cost: &ChildCost, terms: &mu
 
 /// The last axis: a row of slabs that only its own planes cut.
 #[derive(Default)]
-pub struct LastAxis {
+pub struct LastAxis<const K: usize> {
     /// `rest[a]`: the child made of slabs a …
     rest: Vec<i64>,
     /// `ways[a]`: least costs of cutting off the slabs before a, or of cutting slabs a ….
-    ways: Vec<ByPlanes>,
+    ways: Vec<ByPlanes<K>>,
     terms: Vec<i64>,
 }
 
-impl LastAxis {
+impl<const K: usize> LastAxis<K> {
     /// Least costs of `slabs` (two or more) cut by 1, 2 … `most` planes, where they are at most `budget`; where not, some
     /// more than `budget`.
     ///
@@ -61,8 +63,8 @@ impl LastAxis {
         budget: i64,
         cost: &ChildCost,
         probe: &mut P,
-    ) -> ByPlanes {
-        let mut costs = NO_WAY;
+    ) -> ByPlanes<K> {
+        let mut costs = no_way();
         let lowest = self.fill_rest(slabs, budget - cost.term(&slabs[0], 1), cost, probe);
         let Some(&last) = self.rest.last().filter(|_| lowest < slabs.len()) else { return costs };
         self.terms.clear();
@@ -75,7 +77,7 @@ impl LastAxis {
             return costs;
         }
         self.ways.clear();
-        self.ways.resize(slabs.len(), NO_WAY);
+        self.ways.resize(slabs.len(), no_way());
         for (way, term) in self.ways[1..].iter_mut().zip(&self.terms) {
             way[1] = *term;
         }
@@ -91,11 +93,9 @@ impl LastAxis {
             self.terms.clear();
             let found = heads(&slabs[first..], budget - last - least, cost, &mut self.terms, probe);
             for (term, beyond) in self.terms.iter().zip(beyond) {
-                for planes in 2..=most {
-                    beyond[planes] = beyond[planes].min(term + here[planes - 1]);
-                }
+                relax(beyond, *term, here);
             }
-            probe.add(Work::DpSteps, (found * (most - 1)) as u64);
+            probe.add(Work::DpSteps, (found * (K - 1)) as u64);
         }
         costs
     }
@@ -134,7 +134,7 @@ impl LastAxis {
     ) {
         self.fill_rest(slabs, target, cost, probe);
         self.ways.clear();
-        self.ways.resize(slabs.len(), NO_WAY);
+        self.ways.resize(slabs.len(), no_way());
         for (way, rest) in self.ways.iter_mut().zip(&self.rest) {
             way[0] = *rest;
         }
@@ -144,9 +144,9 @@ impl LastAxis {
             let found = heads(&slabs[first..], target, cost, &mut self.terms, probe);
             let (here, beyond) = self.ways[first..].split_first_mut().expect("a slab");
             for (term, beyond) in self.terms.iter().zip(beyond) {
-                relax(here, *term, beyond, planes - 1);
+                relax(here, *term, beyond);
             }
-            probe.add(Work::DpSteps, (found * (planes - 1)) as u64);
+            probe.add(Work::DpSteps, (found * (K - 1)) as u64);
         }
         let mut first = 0;
         for left in (0..planes).rev() {
