@@ -2,7 +2,7 @@
 //!
 //! Source: what the program of Beick 2014 does; the same tree as [`super::chain_literal`], whose words hold here, too.
 //! The chain makes the same steps because each of its questions, which live cluster is nearest and among equally near
-//! ones has the lowest id, has one answer, and [`NearestCentres`] gives it exactly.
+//! ones has the lowest id, has one answer, and `nearest_centres` gives it exactly.
 //!
 //! All but one kind of question come with a radius: B's nearest is no farther than A is. Only that of a cluster made
 //! just now is open.
