@@ -2,7 +2,7 @@
 
 use super::order::Live;
 use super::quad::{Entry, LANES, NOBODY};
-use super::tree::{Effort, Nearest, Tree};
+use super::tree::{Effort, Nearest, Stack, Tree};
 
 /// Memory of one thread: a part of the clusters while it is worked on.
 #[derive(Debug, Default)]
@@ -13,6 +13,7 @@ pub(super) struct Part {
     blocked: Vec<bool>,
     /// The chain: positions, each with the distance to the next.
     chain: Vec<(u32, f64)>,
+    stack: Stack,
 }
 
 /// What became of a part.
@@ -41,7 +42,7 @@ impl Part {
     ) -> Outcome {
         let span = 1 << (2 * level);
         let mine = &clusters[part * span..((part + 1) * span).min(clusters.len())];
-        self.tree.copy_part(whole, level, part);
+        self.tree.copy_part(whole, level, part, mine.len());
         self.handles.clear();
         self.handles.extend(mine.iter().map(|c| c.handle));
         self.blocked.clear();
@@ -63,9 +64,9 @@ impl Part {
                     Some((to, distance)) => Nearest { distance, id: self.tree.id(to as usize), at: to },
                 };
                 out.effort.searches += 1;
-                self.tree.nearest(&own.inner, 0, at, false, &mut best, &mut out.effort);
+                self.tree.nearest::<false>(&own.inner, 0, at, &mut best, &mut self.stack, &mut out.effort);
                 let inside = best;
-                whole.nearest(&own.inner, level, part, true, &mut best, &mut out.effort);
+                whole.nearest::<true>(&own.inner, level, part, &mut best, &mut self.stack, &mut out.effort);
                 if best != inside || best.id == NOBODY || self.blocked[best.at as usize] {
                     for &(at, _) in &self.chain {
                         self.blocked[at as usize] = true;

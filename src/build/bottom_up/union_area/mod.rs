@@ -1,7 +1,4 @@
-//! `bottom-up`, preset `walter`, engine `exact`: the globally closest pair by the area of the union, in near-linear work.
-//!
-//! Union area is reducible, so mutually nearest clusters may merge in any order; they are found by chains of nearest
-//! neighbours within parts of the clusters, side by side.
+//! `bottom-up`, preset `walter`, engine `exact`.
 
 mod chain;
 mod order;
@@ -19,7 +16,7 @@ use rayon::prelude::*;
 use tree::Tree;
 
 /// Parts of 4^PART_LEVEL clusters.
-const PART_LEVEL: usize = 6;
+
 
 /// Builds the binary tree over `boxes`, one per triangle.
 ///
@@ -30,10 +27,14 @@ pub fn build<P: Probe>(boxes: &[Aabb], probe: &mut P) -> Result<Bvh, BuildError>
     let mut live: Vec<Live> = (0u32..).zip(boxes).map(|(id, &aabb)| Live { aabb, id, handle: id }).collect();
     let mut merges = Merges::new(boxes.len());
     let mut tree = Tree::default();
-    let mut level = PART_LEVEL;
+    let mut level: usize = std::env::var("LV").map_or(6, |s| s.parse().unwrap());
+    let dbg = std::env::var("DBG").is_ok();
     while live.len() > 1 {
+        let t0 = std::time::Instant::now();
         order::sort(&mut live);
-        tree.fill(live.iter().map(|c| Entry { inner: c.aabb, id: c.id }));
+        let t1 = t0.elapsed();
+        tree.fill(&live, |c| Entry { inner: c.aabb, id: c.id });
+        let t2 = t0.elapsed();
         let level_now = level.min(tree.height());
         let parts = live.len().div_ceil(1 << (2 * level_now));
         let next = merges.next();
@@ -41,16 +42,18 @@ pub fn build<P: Probe>(boxes: &[Aabb], probe: &mut P) -> Result<Bvh, BuildError>
         let outcomes: Vec<_> = (0..parts).into_par_iter().map_init(Part::default, work).collect();
         let before = live.len();
         live.clear();
+        let (mut s, mut q, mut e) = (0, 0, 0);
         for outcome in outcomes {
             let base = merges.append(next, &outcome.merges);
             let shift = base - next;
-            live.extend(
-                outcome
-                    .live
-                    .iter()
-                    .map(|c| Live { handle: if c.handle >= next { c.handle + shift } else { c.handle }, ..*c }),
-            );
+            live.extend(outcome.live.iter().map(|c| Live {
+                handle: if c.handle >= next { c.handle + shift } else { c.handle },
+                ..*c
+            }));
             let effort = outcome.effort;
+            s += effort.searches;
+            q += effort.quads;
+            e += effort.exact;
             probe.add(Work::NearestSearches, effort.searches);
             probe.add(Work::SearchVisits, effort.quads * LANES as u64);
             probe.add(Work::PairDistances, effort.pairs);
@@ -60,9 +63,15 @@ pub fn build<P: Probe>(boxes: &[Aabb], probe: &mut P) -> Result<Bvh, BuildError>
                 return Err(BuildError::Stopped(Unfinished { pending: vec![before] }));
             }
         }
+        if dbg {
+            println!("  phase {before} -> {} parts {parts} sort {t1:?} fill {:?} all {:?} searches {s} quads/search {:.1} exact/search {:.1}", live.len(), t2 - t1, t0.elapsed(), q as f64 / s as f64, e as f64 / s as f64);
+        }
         if live.len() > before / 2 {
             level += 1;
         }
     }
-    Ok(merges.into_tree(boxes))
+    let t0 = std::time::Instant::now();
+    let r = merges.into_tree(boxes);
+    if dbg { println!("  tree {:?}", t0.elapsed()); }
+    Ok(r)
 }
