@@ -19,7 +19,8 @@ const ALONE: usize = 8192;
 /// Coordinate `key` of a box: 0–2 its lower corner, 3–5 its upper.
 #[inline(always)]
 fn coordinate(aabb: &Aabb, key: usize) -> f32 {
-    if key < 3 { aabb.min[key] } else { aabb.max[key - 3] }
+    let [min, max] = [aabb.min.to_array(), aabb.max.to_array()];
+    if key < 3 { min[key] } else { max[key - 3] }
 }
 
 /// Splits on the widest of the six coordinates, down to four clusters, such that every part is one node of a complete

@@ -12,9 +12,10 @@ pub(super) const NOBODY: u32 = u32::MAX;
 /// Four entries of the search tree. For each: per axis the greatest `lo` and the least `hi` of its clusters, and the
 /// smallest of their ids. For a single cluster these are its box and its id.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
 pub(super) struct Quad {
-    lo: [Vec4; 3],
-    hi: [Vec4; 3],
+    lo: [[f32; LANES]; 3],
+    hi: [[f32; LANES]; 3],
     ids: [u32; LANES],
 }
 
@@ -34,12 +35,12 @@ impl Entry {
 
 impl Quad {
     /// Four vacant entries.
-    pub const VACANT: Self = Self { lo: [Vec4::NEG_INFINITY; 3], hi: [Vec4::INFINITY; 3], ids: [NOBODY; LANES] };
+    pub const VACANT: Self = Self { lo: [[f32::NEG_INFINITY; LANES]; 3], hi: [[f32::INFINITY; LANES]; 3], ids: [NOBODY; LANES] };
 
     /// Entry `lane`.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Entry {
-        let at = |rows: &[Vec4; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
+        let at = |rows: &[[f32; LANES]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
         Entry { inner: Aabb::new(at(&self.lo), at(&self.hi)), id: self.ids[lane] }
     }
 
@@ -53,8 +54,8 @@ impl Quad {
     #[inline(always)]
     pub fn set(&mut self, lane: usize, entry: &Entry) {
         for axis in 0..3 {
-            self.lo[axis][lane] = entry.inner.min[axis];
-            self.hi[axis][lane] = entry.inner.max[axis];
+            self.lo[axis][lane] = entry.inner.min.to_array()[axis];
+            self.hi[axis][lane] = entry.inner.max.to_array()[axis];
         }
         self.ids[lane] = entry.id;
     }
@@ -63,15 +64,17 @@ impl Quad {
     #[inline(always)]
     pub fn summary(&self) -> Entry {
         let [a, b, c, d] = self.ids;
-        let min = Vec3::new(self.lo[0].max_element(), self.lo[1].max_element(), self.lo[2].max_element());
-        let max = Vec3::new(self.hi[0].min_element(), self.hi[1].min_element(), self.hi[2].min_element());
+        let greatest = |axis: usize| Vec4::from_array(self.lo[axis]).max_element();
+        let least = |axis: usize| Vec4::from_array(self.hi[axis]).min_element();
+        let min = Vec3::new(greatest(0), greatest(1), greatest(2));
+        let max = Vec3::new(least(0), least(1), least(2));
         Entry { inner: Aabb::new(min, max), id: a.min(b).min(c.min(d)) }
     }
 
     /// Half the area of the union of `query` with each entry, in f32.
     #[inline(always)]
     pub fn half_areas(&self, query: &Query) -> Vec4 {
-        let extent = |axis: usize| self.hi[axis].max(query.hi[axis]) - self.lo[axis].min(query.lo[axis]);
+        let extent = |axis: usize| Vec4::from_array(self.hi[axis]).max(query.hi[axis]) - Vec4::from_array(self.lo[axis]).min(query.lo[axis]);
         let (x, y, z) = (extent(0), extent(1), extent(2));
         x * (y + z) + y * z
     }

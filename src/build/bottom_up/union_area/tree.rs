@@ -211,6 +211,7 @@ impl Tree {
                 effort.quads += 1;
                 let halves = four.half_areas(&wide);
                 let mut near = !halves.cmpgt(Vec4::splat(limits.most)).bitmask() & 0xf & !skip;
+                let halves = halves.to_array();
                 skip = 0;
                 if near != 0 && level == 0 {
                     while near != 0 {
