@@ -12,7 +12,7 @@ pub(super) struct Part {
     /// Clusters whose chain of nearest neighbours leads out of the part.
     blocked: Vec<bool>,
     /// The chain: positions, each with the distance to the next.
-    chain: Vec<(u32, f64)>,
+    chain: Vec<(u32, Nearest)>,
     stack: Stack,
 }
 
@@ -54,28 +54,37 @@ impl Part {
                 continue;
             }
             self.chain.clear();
-            self.chain.push((start as u32, 0.0));
-            while let Some(&(at, _)) = self.chain.last() {
+            self.chain.push((start as u32, Nearest::NONE));
+            while let Some(&(at, bound)) = self.chain.last() {
                 let at = at as usize;
                 let own = self.tree.get(at);
                 let before = self.chain.len().checked_sub(2).map(|k| self.chain[k]);
-                let mut best = match before {
-                    None => Nearest::NONE,
-                    Some((to, distance)) => Nearest { distance, id: self.tree.id(to as usize), at: to },
-                };
+                let mut best = bound;
+                if let Some((to, link)) = before {
+                    let back = Nearest { distance: link.distance, id: self.tree.id(to as usize), at: to };
+                    if best.is_after(back.distance, back.id) {
+                        best = back;
+                    }
+                }
                 out.effort.searches += 1;
                 self.tree.nearest::<false>(&own.inner, 0, at, &mut best, &mut self.stack, &mut out.effort);
-                let inside = best;
-                whole.nearest::<true>(&own.inner, level, part, &mut best, &mut self.stack, &mut out.effort);
-                if best != inside || best.id == NOBODY || self.blocked[best.at as usize] {
-                    for &(at, _) in &self.chain {
-                        self.blocked[at as usize] = true;
-                    }
-                    break;
-                }
                 if before.is_some_and(|(to, _)| to == best.at) {
                     let to = best.at as usize;
                     let other = self.tree.get(to);
+                    let mut nearer = best;
+                    whole.nearest::<true>(&own.inner, level, part, &mut nearer, &mut self.stack, &mut out.effort);
+                    if nearer == best {
+                        nearer.id = own.id;
+                        let key = nearer;
+                        whole.nearest::<true>(&other.inner, level, part, &mut nearer, &mut self.stack, &mut out.effort);
+                        if nearer == key { nearer = best } else { nearer.id = NOBODY };
+                    }
+                    if nearer != best {
+                        for &(at, _) in &self.chain {
+                            self.blocked[at as usize] = true;
+                        }
+                        break;
+                    }
                     let (a, b) = (self.handles[at], self.handles[to]);
                     out.merges.push(if own.id < other.id { [a, b] } else { [b, a] });
                     let merged = Entry { inner: own.inner.union(&other.inner), id: own.id.min(other.id) };
@@ -85,12 +94,26 @@ impl Part {
                     self.handles[to] = next + out.merges.len() as u32 - 1;
                     self.chain.pop();
                     self.chain.pop();
-                    if self.chain.is_empty() {
-                        self.chain.push((to as u32, 0.0));
+                    match self.chain.last_mut() {
+                        None => self.chain.push((to as u32, Nearest::NONE)),
+                        Some((last, bound)) => {
+                            let distance = self.tree.get(*last as usize).inner.union(&merged.inner).surface_area();
+                            let key = Nearest { distance, id: merged.id, at: to as u32 };
+                            let same = bound.distance == distance && bound.id == merged.id;
+                            *bound = key;
+                            if same {
+                                self.chain.push((to as u32, Nearest::NONE));
+                            }
+                        }
                     }
+                } else if best.id == NOBODY || self.blocked[best.at as usize] {
+                    for &(at, _) in &self.chain {
+                        self.blocked[at as usize] = true;
+                    }
+                    break;
                 } else {
-                    self.chain.last_mut().expect("not empty").1 = best.distance;
-                    self.chain.push((best.at, 0.0));
+                    self.chain.last_mut().expect("not empty").1 = best;
+                    self.chain.push((best.at, Nearest::NONE));
                 }
                 if out.effort.searches % 64 == 0 {
                     if !go_on(out.effort.quads * LANES as u64 - told) {

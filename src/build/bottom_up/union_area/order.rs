@@ -51,7 +51,14 @@ fn split(mut clusters: &mut [Live], mut capacity: usize) {
                 width(a).total_cmp(&width(b))
             })
             .unwrap_or(0);
-        clusters.select_nth_unstable_by(half, |a, b| coordinate(&a.aabb, key).total_cmp(&coordinate(&b.aabb, key)));
+        match key {
+            0 => clusters.select_nth_unstable_by(half, |a, b| compare(a.aabb.min.x, b.aabb.min.x)),
+            1 => clusters.select_nth_unstable_by(half, |a, b| compare(a.aabb.min.y, b.aabb.min.y)),
+            2 => clusters.select_nth_unstable_by(half, |a, b| compare(a.aabb.min.z, b.aabb.min.z)),
+            3 => clusters.select_nth_unstable_by(half, |a, b| compare(a.aabb.max.x, b.aabb.max.x)),
+            4 => clusters.select_nth_unstable_by(half, |a, b| compare(a.aabb.max.y, b.aabb.max.y)),
+            _ => clusters.select_nth_unstable_by(half, |a, b| compare(a.aabb.max.z, b.aabb.max.z)),
+        };
         let (a, b) = clusters.split_at_mut(half);
         capacity = half;
         if a.len() > ALONE {
@@ -61,4 +68,9 @@ fn split(mut clusters: &mut [Live], mut capacity: usize) {
         split(a, half);
         clusters = b;
     }
+}
+
+#[inline(always)]
+fn compare(a: f32, b: f32) -> std::cmp::Ordering {
+    a.partial_cmp(&b).unwrap_or(std::cmp::Ordering::Equal)
 }

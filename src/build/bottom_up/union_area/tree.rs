@@ -178,8 +178,11 @@ impl Tree {
     pub fn set(&mut self, at: usize, entry: &Entry) {
         let mut e = at;
         let mut entry = *entry;
-        for level in 0..self.height {
-            let quad = &mut self.quads[self.starts[level] as usize + e / LANES];
+        for &start in &self.starts[..self.height] {
+            let quad = &mut self.quads[start as usize + e / LANES];
+            if e != at && quad.get(e % LANES) == entry {
+                break;
+            }
             quad.set(e % LANES, &entry);
             entry = quad.summary();
             e /= LANES;
