@@ -6,7 +6,7 @@ use glam::{Vec3, Vec4};
 /// Entries of a quad.
 pub(super) const LANES: usize = 4;
 
-/// An id above every triangle's: that of an entry without clusters.
+/// An id, or handle, above every cluster's: there is no cluster.
 pub(super) const NOBODY: u32 = u32::MAX;
 
 /// Four entries of the search tree. For each: per axis the greatest `lo` and the least `hi` of its clusters, and the
@@ -22,7 +22,7 @@ pub(super) struct Quad {
 /// One entry of a [`Quad`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Entry {
-    /// `min` is the greatest lower corner of the clusters, `max` the least upper corner: "empty" in general.
+    /// `min` is the greatest lower corner of the clusters, `max` the least upper one: no box in general.
     pub inner: Aabb,
     /// Smallest id of the clusters.
     pub id: u32,
@@ -34,8 +34,15 @@ impl Entry {
 }
 
 impl Quad {
-    /// Four vacant entries.
-    pub const VACANT: Self = Self { lo: [[f32::NEG_INFINITY; LANES]; 3], hi: [[f32::INFINITY; LANES]; 3], ids: [NOBODY; LANES] };
+    const VACANT: Self =
+        Self { lo: [[f32::NEG_INFINITY; LANES]; 3], hi: [[f32::INFINITY; LANES]; 3], ids: [NOBODY; LANES] };
+
+    /// At most four entries; the others are vacant.
+    pub fn of(entries: impl Iterator<Item = Entry>) -> Self {
+        let mut quad = Self::VACANT;
+        entries.enumerate().for_each(|(lane, entry)| quad.set(lane, &entry));
+        quad
+    }
 
     /// Entry `lane`.
     #[inline(always)]
@@ -53,9 +60,10 @@ impl Quad {
     /// Puts `entry` at `lane`.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, entry: &Entry) {
+        let (min, max) = (entry.inner.min.to_array(), entry.inner.max.to_array());
         for axis in 0..3 {
-            self.lo[axis][lane] = entry.inner.min.to_array()[axis];
-            self.hi[axis][lane] = entry.inner.max.to_array()[axis];
+            self.lo[axis][lane] = min[axis];
+            self.hi[axis][lane] = max[axis];
         }
         self.ids[lane] = entry.id;
     }
@@ -63,20 +71,25 @@ impl Quad {
     /// The entry that stands for all four.
     #[inline(always)]
     pub fn summary(&self) -> Entry {
-        let [a, b, c, d] = self.ids;
         let greatest = |axis: usize| Vec4::from_array(self.lo[axis]).max_element();
         let least = |axis: usize| Vec4::from_array(self.hi[axis]).min_element();
         let min = Vec3::new(greatest(0), greatest(1), greatest(2));
         let max = Vec3::new(least(0), least(1), least(2));
+        let [a, b, c, d] = self.ids;
         Entry { inner: Aabb::new(min, max), id: a.min(b).min(c.min(d)) }
     }
 
-    /// Half the area of the union of `query` with each entry, in f32.
+    /// Half the areas of the unions of `query` with each entry, in f32, and a bit for each that is not above `most`.
     #[inline(always)]
-    pub fn half_areas(&self, query: &Query) -> Vec4 {
-        let extent = |axis: usize| Vec4::from_array(self.hi[axis]).max(query.hi[axis]) - Vec4::from_array(self.lo[axis]).min(query.lo[axis]);
+    pub fn within(&self, query: &Query, most: f32) -> ([f32; LANES], u32) {
+        let extent = |axis: usize| {
+            let hi = Vec4::from_array(self.hi[axis]).max(query.hi[axis]);
+            hi - Vec4::from_array(self.lo[axis]).min(query.lo[axis])
+        };
         let (x, y, z) = (extent(0), extent(1), extent(2));
-        x * (y + z) + y * z
+        let halves = x * (y + z) + y * z;
+        // Not above, rather than below or equal: what overflowed to no number must not be left out.
+        (halves.to_array(), !halves.cmpgt(Vec4::splat(most)).bitmask() & ((1 << LANES) - 1))
     }
 }
 
