@@ -16,8 +16,8 @@
 //! instead of then, A∪B disturbs nothing in between: key(A∪B, C) > key(A, B) for every C, and until it comes to (A, B)
 //! the literal engine chooses smaller keys only.
 //!
-//! **Phases.** Clusters are sorted into a search tree ([`order`], [`tree`]) and cut into parts of neighbours. Each part
-//! merges on its own what is mutually nearest ([`chain`]), with all others standing still as they were. What they turn
+//! **Phases.** Clusters are sorted into a search tree (`order`, `tree`) and cut into parts of neighbours. Each part
+//! merges on its own what is mutually nearest (`chain`), with all others standing still as they were. What they turn
 //! into meanwhile is no nearer than they were, so what is mutually nearest in this picture is so indeed; and parts
 //! know nothing of each other, so neither tree nor counts depend on threads. What is left, clusters with their nearest
 //! in another part, begins the next phase. A part that is everything leaves one cluster.
