@@ -26,6 +26,11 @@ impl Merges {
         handle as u32
     }
 
+    /// Merges so far.
+    pub fn len(&self) -> usize {
+        self.parts.len()
+    }
+
     /// The handle of what the next merge makes.
     pub fn next(&self) -> u32 {
         (self.triangles + self.parts.len()) as u32

@@ -6,22 +6,23 @@ use glam::{Vec3, Vec4};
 /// Entries of a quad.
 pub(super) const LANES: usize = 4;
 
-/// An id above every triangle's: that of an entry without clusters.
+/// An id, or handle, above every cluster's: there is no cluster.
 pub(super) const NOBODY: u32 = u32::MAX;
 
 /// Four entries of the search tree. For each: per axis the greatest `lo` and the least `hi` of its clusters, and the
 /// smallest of their ids. For a single cluster these are its box and its id.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
 pub(super) struct Quad {
-    lo: [Vec4; 3],
-    hi: [Vec4; 3],
+    lo: [[f32; LANES]; 3],
+    hi: [[f32; LANES]; 3],
     ids: [u32; LANES],
 }
 
 /// One entry of a [`Quad`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Entry {
-    /// `min` is the greatest lower corner of the clusters, `max` the least upper corner: "empty" in general.
+    /// `min` is the greatest lower corner of the clusters, `max` the least upper one: no box in general.
     pub inner: Aabb,
     /// Smallest id of the clusters.
     pub id: u32,
@@ -33,13 +34,20 @@ impl Entry {
 }
 
 impl Quad {
-    /// Four vacant entries.
-    pub const VACANT: Self = Self { lo: [Vec4::NEG_INFINITY; 3], hi: [Vec4::INFINITY; 3], ids: [NOBODY; LANES] };
+    const VACANT: Self =
+        Self { lo: [[f32::NEG_INFINITY; LANES]; 3], hi: [[f32::INFINITY; LANES]; 3], ids: [NOBODY; LANES] };
+
+    /// At most four entries; the others are vacant.
+    pub fn of(entries: impl Iterator<Item = Entry>) -> Self {
+        let mut quad = Self::VACANT;
+        entries.enumerate().for_each(|(lane, entry)| quad.set(lane, &entry));
+        quad
+    }
 
     /// Entry `lane`.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Entry {
-        let at = |rows: &[Vec4; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
+        let at = |rows: &[[f32; LANES]; 3]| Vec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
         Entry { inner: Aabb::new(at(&self.lo), at(&self.hi)), id: self.ids[lane] }
     }
 
@@ -52,9 +60,10 @@ impl Quad {
     /// Puts `entry` at `lane`.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, entry: &Entry) {
+        let (min, max) = (entry.inner.min.to_array(), entry.inner.max.to_array());
         for axis in 0..3 {
-            self.lo[axis][lane] = entry.inner.min[axis];
-            self.hi[axis][lane] = entry.inner.max[axis];
+            self.lo[axis][lane] = min[axis];
+            self.hi[axis][lane] = max[axis];
         }
         self.ids[lane] = entry.id;
     }
@@ -62,18 +71,25 @@ impl Quad {
     /// The entry that stands for all four.
     #[inline(always)]
     pub fn summary(&self) -> Entry {
+        let greatest = |axis: usize| Vec4::from_array(self.lo[axis]).max_element();
+        let least = |axis: usize| Vec4::from_array(self.hi[axis]).min_element();
+        let min = Vec3::new(greatest(0), greatest(1), greatest(2));
+        let max = Vec3::new(least(0), least(1), least(2));
         let [a, b, c, d] = self.ids;
-        let min = Vec3::new(self.lo[0].max_element(), self.lo[1].max_element(), self.lo[2].max_element());
-        let max = Vec3::new(self.hi[0].min_element(), self.hi[1].min_element(), self.hi[2].min_element());
         Entry { inner: Aabb::new(min, max), id: a.min(b).min(c.min(d)) }
     }
 
-    /// Half the area of the union of `query` with each entry, in f32.
+    /// Half the areas of the unions of `query` with each entry, in f32, and a bit for each that is not above `most`.
     #[inline(always)]
-    pub fn half_areas(&self, query: &Query) -> Vec4 {
-        let extent = |axis: usize| self.hi[axis].max(query.hi[axis]) - self.lo[axis].min(query.lo[axis]);
+    pub fn within(&self, query: &Query, most: f32) -> ([f32; LANES], u32) {
+        let extent = |axis: usize| {
+            let hi = Vec4::from_array(self.hi[axis]).max(query.hi[axis]);
+            hi - Vec4::from_array(self.lo[axis]).min(query.lo[axis])
+        };
         let (x, y, z) = (extent(0), extent(1), extent(2));
-        x * (y + z) + y * z
+        let halves = x * (y + z) + y * z;
+        // Not above, rather than below or equal: what overflowed to no number must not be left out.
+        (halves.to_array(), !halves.cmpgt(Vec4::splat(most)).bitmask() & ((1 << LANES) - 1))
     }
 }
 
