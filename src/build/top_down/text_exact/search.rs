@@ -142,11 +142,8 @@ impl<const K: usize> Search<K> {
         if choose < self.y.len() {
             best = best.min(self.last.cut(&self.y, choose, best, &node.cost, probe)[choose]);
         }
-        self.cut_y(node, choose, &mut best, probe);
-        self.faces(node, choose, &mut best, probe);
-        if !probe.go_on((self.states.len() + sx) as u64) {
-            return None;
-        }
+        self.cut_y(node, choose, &mut best, probe)?;
+        self.faces(node, choose, &mut best, probe)?;
         if choose > 2 {
             self.inside(node, choose, &mut best, probe)?;
         }
@@ -196,7 +193,7 @@ impl<const K: usize> Search<K> {
     }
 
     /// Costs of y slabs beyond each x plane, of getting beyond each of their y planes, and of what is left there.
-    fn cut_y<P: Probe>(&mut self, node: &Node, choose: usize, best: &mut i64, probe: &mut P) {
+    fn cut_y<P: Probe>(&mut self, node: &Node, choose: usize, best: &mut i64, probe: &mut P) -> Option<()> {
         let [sx, sy, _] = node.cells.slabs;
         self.row.clear();
         self.row.resize(sy, Aabb::EMPTY);
@@ -207,7 +204,7 @@ impl<const K: usize> Search<K> {
             if budget(&self.beyond_x[i].before, choose, *best).is_none() {
                 continue;
             }
-            let first_state = self.states.len();
+            let (first_state, terms_before) = (self.states.len(), self.y_terms.len());
             self.packed.clear();
             for (slab, aabb) in self.row.iter().enumerate().filter(|(_, b)| !b.is_empty()) {
                 self.packed.push(*aabb);
@@ -236,11 +233,15 @@ impl<const K: usize> Search<K> {
                 }
                 probe.add(Work::DpSteps, (found * (K - 1)) as u64);
             }
+            if !probe.go_on((slabs + (self.y_terms.len() - terms_before) * K) as u64) {
+                return None;
+            }
         }
+        Some(())
     }
 
     /// The states that no x plane leads to, or no y plane.
-    fn faces<P: Probe>(&mut self, node: &Node, choose: usize, best: &mut i64, probe: &mut P) {
+    fn faces<P: Probe>(&mut self, node: &Node, choose: usize, best: &mut i64, probe: &mut P) -> Option<()> {
         let [sx, sy, sz] = node.cells.slabs;
         self.row.clear();
         self.row.resize(sz, Aabb::EMPTY);
@@ -253,6 +254,9 @@ impl<const K: usize> Search<K> {
             }
             self.cut_z(node, state, choose, best, probe);
         }
+        if !probe.go_on((self.beyond_x[0].states.len as usize * sz) as u64) {
+            return None;
+        }
         self.row.fill(Aabb::EMPTY);
         for i in (1..sx).rev() {
             unite(&mut self.row, &self.xz[i * sz..][..sz], probe);
@@ -260,6 +264,7 @@ impl<const K: usize> Search<K> {
                 self.cut_z(node, state, choose, best, probe);
             }
         }
+        probe.go_on((sx * sz) as u64).then_some(())
     }
 
     /// The states that planes of both x and y lead to.
