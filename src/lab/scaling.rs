@@ -391,6 +391,6 @@ mod tests {
     #[test]
     fn sizes_rise_by_half_decades() {
         assert_eq!(sizes_up_to(1_000_000), [1000, 3162, 10_000, 31_623, 100_000, 316_228, 1_000_000]);
-        assert_eq!(sizes_up_to(999), []);
+        assert!(sizes_up_to(999).is_empty());
     }
 }
