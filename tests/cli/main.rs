@@ -4,6 +4,7 @@ mod build;
 mod compare;
 mod refusals;
 mod render;
+mod scaling;
 mod scene;
 mod support;
 mod trace;
@@ -15,7 +16,7 @@ use support::{Lab, taken_apart};
 fn help_and_version_are_no_errors() {
     let lab = Lab::new();
     let help = lab.fine("--help");
-    for command in ["reproduce", "build", "trace", "render", "compare", "report", "list", "scene"] {
+    for command in ["reproduce", "scaling", "build", "trace", "render", "compare", "report", "list", "scene"] {
         assert!(help.contains(command), "{command}");
         assert!(lab.fine(&format!("{command} --help")).contains("Usage:"));
     }

@@ -52,8 +52,6 @@ pub(crate) struct Panel {
 pub(crate) struct Sheet {
     /// In rows of two.
     pub panels: Vec<Panel>,
-    /// Whether panels share their axes, so that heights can be compared.
-    pub shared: bool,
     /// Below the panels, in rows.
     pub legend: Vec<Vec<Entry>>,
     /// Below the legend, one line each.
@@ -76,10 +74,8 @@ impl Drawing for Sheet {
         let (top, _) = canvas.area.split_vertically(canvas.px(self.panels_height()));
         let rows = self.panels.len().div_ceil(COLUMNS);
         let areas = top.split_evenly((rows, self.panels.len().min(COLUMNS)));
-        let all: Vec<&Panel> = self.panels.iter().collect();
         for (panel, area) in self.panels.iter().zip(areas) {
-            let of = if self.shared { &all[..] } else { &[panel] };
-            panel.draw(&area, canvas, decades(of, |p| p.0), decades(of, |p| p.1))?;
+            panel.draw(&area, canvas, panel.decades(|p| p.0), panel.decades(|p| p.1))?;
         }
         let mut y = self.panels_height() + LEGEND_ROW / 2;
         for row in &self.legend {
@@ -101,15 +97,9 @@ impl Sheet {
     }
 }
 
-/// The powers of ten around all points.
-fn decades(panels: &[&Panel], of: fn((f64, f64)) -> f64) -> Range<f64> {
-    let points = panels.iter().flat_map(|p| &p.series).flat_map(|s| &s.points);
-    let values = points.filter(|p| p.0 > 0.0 && p.1 > 0.0).map(|p| of((p.0, p.1)).log10());
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
-    match low.is_finite() && high.is_finite() {
-        true => (low - 0.08).floor()..(high + 0.08).ceil(),
-        false => 0.0..1.0,
-    }
+/// Whether a point has a place on logarithmic axes.
+fn drawable(point: &(f64, f64, Mark)) -> bool {
+    [point.0, point.1].iter().all(|v| v.is_finite() && *v > 0.0)
 }
 
 /// A power of ten, such as 10⁻³.
@@ -124,6 +114,19 @@ fn power_of_ten(exponent: f64) -> String {
 }
 
 impl Panel {
+    /// The decades that all points lie in, with a margin; whole ones where two powers of ten would not be among them.
+    fn decades(&self, of: fn((f64, f64)) -> f64) -> Range<f64> {
+        const MARGIN: f64 = 0.15;
+        let points = self.series.iter().flat_map(|s| &s.points);
+        let values = points.filter(|p| drawable(p)).map(|p| of((p.0, p.1)).log10());
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        if !(low.is_finite() && high.is_finite()) {
+            return 0.0..1.0;
+        }
+        let (low, high) = (low - MARGIN, high + MARGIN);
+        if high.floor() - low.ceil() >= 1.0 { low..high } else { low.floor()..high.ceil() }
+    }
+
     fn draw<DB: DrawingBackend>(
         &self,
         area: &DrawingArea<DB, Shift>,
@@ -131,7 +134,7 @@ impl Panel {
         x: Range<f64>,
         y: Range<f64>,
     ) -> Drawn {
-        let ticks = |r: &Range<f64>| (r.start as i64..=r.end as i64).map(|t| t as f64).collect();
+        let ticks = |r: &Range<f64>| (r.start.ceil() as i64..=r.end.floor() as i64).map(|t| t as f64).collect();
         let mut chart = ChartBuilder::on(area)
             .margin(canvas.px(12))
             .margin_top(canvas.px(58))
@@ -172,13 +175,13 @@ impl Panel {
         }
         let place = |p: &(f64, f64, Mark)| at((p.0.log10(), p.1.log10()));
         for series in &self.series {
-            let path: Vec<_> = series.points.iter().filter(|p| p.0 > 0.0 && p.1 > 0.0).map(place).collect();
+            let path: Vec<_> = series.points.iter().filter(|p| drawable(p)).map(place).collect();
             if let Some(line) = series.line {
                 marks::line(canvas, &path, line, series.colour)?;
             }
         }
         for series in &self.series {
-            for point in series.points.iter().filter(|p| p.0 > 0.0 && p.1 > 0.0) {
+            for point in series.points.iter().filter(|p| drawable(p)) {
                 marks::mark(canvas, place(point), point.2, series.colour)?;
             }
         }
@@ -208,6 +211,26 @@ mod tests {
     #[test]
     fn powers_of_ten_are_written_as_such() {
         assert_eq!([-3.0, 0.0, 1.0, 12.0].map(power_of_ten), ["10⁻³", "1", "10", "10¹²"]);
+    }
+
+    #[test]
+    fn panels_end_close_to_their_points_and_name_two_powers() {
+        let panel = |points: &[(f64, f64)]| Panel {
+            title: String::new(),
+            x_label: "",
+            y_label: "",
+            guides: Vec::new(),
+            series: vec![Series {
+                colour: INK,
+                line: None,
+                points: points.iter().map(|p| (p.0, p.1, Mark::Disc)).collect(),
+            }],
+        };
+        let wide = panel(&[(1e3, 1.0), (1e6, 1.0)]).decades(|p| p.0);
+        assert!((wide.start - 2.85).abs() < 1e-9 && (wide.end - 6.15).abs() < 1e-9);
+        assert_eq!(panel(&[(300.0, 1.0)]).decades(|p| p.0), 2.0..3.0);
+        assert_eq!(panel(&[(1e3, 1.0), (f64::INFINITY, 2.0), (-1.0, 2.0)]).decades(|p| p.1), -1.0..1.0);
+        assert_eq!(panel(&[]).decades(|p| p.1), 0.0..1.0);
     }
 
     #[test]

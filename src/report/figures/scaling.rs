@@ -106,5 +106,5 @@ fn sheet(growth: &Growth, panels: Vec<Panel>, note: &str) -> Option<Sheet> {
             sample(Some(Line::Solid), None, GREEN, "bottom-up: walter"),
         ],
     ];
-    Some(Sheet { panels, shared: false, legend, notes: vec![format!("Scenes {family}:N. {note}")] })
+    Some(Sheet { panels, legend, notes: vec![format!("Scenes {family}:N. {note}")] })
 }

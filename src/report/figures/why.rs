@@ -42,9 +42,7 @@ pub(crate) fn why(residuals: &[Residual]) -> Option<Sheet> {
         // The diagonal, and a factor of two on both sides of it.
         let guides = match series.is_empty() {
             true => Vec::new(),
-            false => [(1.0, "as predicted"), (2.0, ""), (0.5, "")]
-                .map(|(factor, label)| Guide { slope: 1.0, through: (1.0, factor), label })
-                .into(),
+            false => [1.0, 2.0, 0.5].map(|factor| Guide { slope: 1.0, through: (1.0, factor), label: "" }).into(),
         };
         Panel { title: title.to_owned(), x_label: "Seconds predicted from the count", y_label, guides, series }
     };
@@ -71,5 +69,5 @@ pub(crate) fn why(residuals: &[Residual]) -> Option<Sheet> {
     let notes = vec![
         "Pale lines: as predicted, and a factor of two off. One constant an algorithm; the tables name it.".to_owned(),
     ];
-    Some(Sheet { panels, shared: false, legend, notes })
+    Some(Sheet { panels, legend, notes })
 }

@@ -136,13 +136,23 @@ fn given_up(fits: &Fits) -> Markup {
                     @if i > 0 { "; " }
                     (cell_name(r)) " " b { (padded(r.predicted / 86_400.0, 3)) " days" }
                     @if r.sample.extrapolated { " (work continued by a power law from smaller scenes)" }
-                    @if r.predicted < CAP_SECONDS {
-                        ", which is less than eleven: the count does not explain this one, be it that the lost scene file was cut \
-                         otherwise than ours or that the print means something else"
-                    }
+                    (against_the_cap(fits, r))
                 }
                 "."
             }
+        }
+    }
+}
+
+/// What to make of a prediction below the eleven days that the build was given.
+fn against_the_cap(fits: &Fits, r: &Residual) -> &'static str {
+    let of = |l: &&Law| l.main && l.times == r.sample.times && l.construction == r.sample.construction;
+    let spread = fits.laws.iter().find(of).map_or(1.0, |l| l.fit.spread);
+    match CAP_SECONDS / r.predicted {
+        short if short <= 1.0 => "",
+        short if short <= spread.powi(2) => ", short of eleven by no more than twice the spread of the others",
+        _ => {
+            ", far short of eleven: the count does not explain this one (the scene's file is lost; ours has its size alone)"
         }
     }
 }

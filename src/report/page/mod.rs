@@ -47,7 +47,7 @@ pub(crate) fn html(study: &Study, summary: &Summary, figures: &Figures, fits: &g
         @for preset in PRESETS.into_iter().skip(1).filter(|p| study.has(p)) {
             (other_preset(study, figures, preset))
         }
-        (provenance::footer(study))
+        (provenance::footer(study, fits.growth))
     };
     let page = html! {
         (DOCTYPE)
