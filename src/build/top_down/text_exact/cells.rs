@@ -85,3 +85,27 @@ impl Axes {
         bin as u8
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_centre_on_or_next_to_a_plane_has_the_bin_that_the_inequality_says() {
+        for extent in [1.0, 3.0, 0.1f32, 7.7, 1e-40, 3e38].map(f64::from) {
+            for planes in [1, 2, 6, 25, 50, 100, 254, 255] {
+                let axes = Axes { origin: [0.0; 3], extent: [extent; 3], inverse: [extent.recip(); 3], planes };
+                for i in 0..=planes + 1 {
+                    let on = f64::from(i) * extent / f64::from(planes + 1);
+                    for centre in [on, on.next_up(), on.next_down().max(0.0)] {
+                        let offset = centre * f64::from(planes + 1);
+                        let expected = (0..planes).filter(|&i| f64::from(i + 1) * extent <= offset).count();
+                        assert_eq!(usize::from(axes.bin([centre; 3], 1)), expected, "{centre} {extent} {planes}");
+                    }
+                }
+            }
+        }
+        let flat = Axes { origin: [5.0; 3], extent: [0.0; 3], inverse: [f64::INFINITY; 3], planes: 9 };
+        assert_eq!(flat.bin([5.0; 3], 0), 9);
+    }
+}
