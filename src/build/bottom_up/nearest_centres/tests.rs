@@ -1,6 +1,6 @@
 //! Searches under insertion and deletion, against a list.
 
-use super::{NEWEST, NearestCentres, Neighbour, distance_squared, twins};
+use super::{NEWEST, NearestCentres, Neighbour, PATIENCE, distance_squared, twins};
 use crate::build::bottom_up::testing::{clumps, extremes, hand_made};
 use crate::build::testing::any_boxes;
 use crate::geom::Aabb;
@@ -108,4 +108,39 @@ fn searches_find_what_a_list_finds_where_everything_ties() {
 fn twins_are_equal_centres_and_zeros_have_no_sign() {
     let centres = [[0.0, 1.0], [1.0, 0.0], [-0.0, 1.0], [1.0, -0.0], [2.0, 2.0]].map(|[x, y]| DVec3::new(x, y, 5.0));
     assert_eq!(twins(&centres), [0, 1, 0, 1, 4]);
+}
+
+/// 1,000 centres on a line, of which the first `gone` have gone.
+fn thinned(gone: u32) -> NearestCentres {
+    let centres: Vec<DVec3> = (0..1000).map(|i| DVec3::X * f64::from(i)).collect();
+    let (mut all, points) = NearestCentres::new(&centres);
+    (0..gone).for_each(|id| all.remove(id, points[id as usize]));
+    all
+}
+
+/// Dead points in trees after so many new ones that the newest had to go into one.
+fn dead_after_insertions(mut all: NearestCentres) -> usize {
+    (0..=NEWEST).for_each(|i| {
+        all.insert(5000 + i as u32, DVec3::Y * (1.0 + i as f64), None);
+    });
+    all.trees.iter().map(|tree| tree.tree.size() - tree.live).sum()
+}
+
+#[test]
+fn trees_are_built_again_when_their_dead_outnumber_their_living() {
+    assert_eq!(dead_after_insertions(thinned(400)), 400);
+    assert_eq!(dead_after_insertions(thinned(600)), 0);
+}
+
+#[test]
+fn trees_are_built_again_when_searches_keep_meeting_their_dead() {
+    let mut all = thinned(400);
+    let before = all.age();
+    for _ in 0..20 {
+        let found = all.nearest(DVec3::ZERO, None, before);
+        assert_eq!(found.map(|n| (n.distance, n.id)), Some((160_000.0, 400)));
+    }
+    assert!(all.take_cost().visits > PATIENCE * 1000 / 2, "the dead are met");
+    (0..20).for_each(|_| assert!(all.nearest(DVec3::ZERO, None, before).is_some()));
+    assert_eq!(dead_after_insertions(all), 0);
 }
