@@ -1,9 +1,9 @@
-//! Benchmarks of the thesis' literal builders, of its traversal beside an exact one, and of the collapse.
+//! Benchmarks of the thesis' builders by both engines, of its traversal beside an exact one, and of the collapse.
 //!
 //! Every answer is verified once before it is timed. Rows for reports come from `bvh-lab reproduce`; this is for those
 //! who change the code and want to know what it did to its speed.
 
-use bvh_lab::build::{self, Brake, BuildOptions, Builder, Preset};
+use bvh_lab::build::{self, Brake, BuildOptions, Builder, Engine, Preset};
 use bvh_lab::bvh::{Bvh, Limits, tree_hash, validate};
 use bvh_lab::geom::{Aabb, WatertightRay};
 use bvh_lab::refine::collapse;
@@ -20,9 +20,9 @@ struct Tree {
 }
 
 impl Tree {
-    fn new(scene: &Scene, id: &str, arity: usize) -> Self {
+    fn new(scene: &Scene, id: &str, arity: usize, engine: Engine) -> Self {
         let builder = build::find(id).expect("the benchmark names builders that are registered");
-        let options = BuildOptions { arity, preset: Preset::Published, ..BuildOptions::default() };
+        let options = BuildOptions { arity, preset: Preset::Published, engine, ..BuildOptions::default() };
         Self { builder, options, boxes: scene.boxes() }
     }
 
@@ -52,11 +52,15 @@ fn builds(criterion: &mut Criterion) {
         let scene = load(name);
         group.throughput(Throughput::Elements(scene.triangles.len() as u64));
         for (id, arity) in [("top-down", 2), ("top-down", 4), ("bottom-up", 2)] {
-            let tree = Tree::new(&scene, id, arity);
-            tree.verified();
-            group.bench_function(BenchmarkId::new(format!("{id} published {arity}"), name), |bencher| {
-                bencher.iter(|| black_box(tree.build()));
-            });
+            let trees = Engine::ALL.map(|engine| Tree::new(&scene, id, arity, engine));
+            let hashes = trees.each_ref().map(|tree| tree_hash(&tree.verified()));
+            assert_eq!(hashes[0], hashes[1], "both engines build the same tree");
+            for tree in &trees {
+                let cell = format!("{id} published {arity} {}", tree.options.engine.id());
+                group.bench_function(BenchmarkId::new(cell, name), |bencher| {
+                    bencher.iter(|| black_box(tree.build()));
+                });
+            }
         }
     }
     group.finish();
@@ -68,7 +72,7 @@ fn traces(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("trace");
     group.sample_size(20);
     let scene = load("thesis:med");
-    let bvh = Tree::new(&scene, "top-down", 2).verified();
+    let bvh = Tree::new(&scene, "top-down", 2, Engine::Exact).verified();
     let rays = primary_rays(&scene.camera, 256, 256);
     group.throughput(Throughput::Elements(rays.len() as u64));
     // One thread: what is compared is kernels, not schedulers.
@@ -93,7 +97,7 @@ fn traces(criterion: &mut Criterion) {
 fn collapses(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("collapse");
     let scene = load("thesis:med");
-    let tree = Tree::new(&scene, "bottom-up", 2);
+    let tree = Tree::new(&scene, "bottom-up", 2, Engine::Exact);
     let binary = tree.verified();
     group.throughput(Throughput::Elements(binary.nodes.len() as u64));
     for arity in [4, 8] {

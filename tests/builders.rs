@@ -1,4 +1,4 @@
-//! Every builder, reading and arity on every generated family at small sizes: valid trees, the same ones every time.
+//! Every builder, reading, engine and arity on every generated family at small sizes: valid trees, the same ones every time.
 
 use bvh_lab::build::{BUILDERS, Brake, BuildError, BuildOptions, Builder, Counters, Preset};
 use bvh_lab::bvh::{Bvh, Limits, tree_hash, validate};
@@ -13,7 +13,9 @@ fn variants() -> impl Iterator<Item = (&'static Builder, BuildOptions)> {
         builder.presets.iter().flat_map(move |&preset| {
             builder.arities.iter().flat_map(move |&arity| {
                 let candidates = Some(if preset == Preset::Text { 5 } else { 9 });
-                [true, false].map(|q8| (builder, BuildOptions { arity, preset, candidates, q8, ..Default::default() }))
+                let of = move |engine| BuildOptions { arity, preset, engine, candidates, ..Default::default() };
+                let switched = move |options| [true, false].map(|q8| (builder, BuildOptions { q8, ..options }));
+                builder.engines.iter().flat_map(move |&engine| switched(of(engine)))
             })
         })
     })

@@ -43,7 +43,7 @@ pub struct ReproduceArguments {
     #[arg(long, conflicts_with = "budget")]
     pub full: bool,
     /// Seconds that one build may take (a cell builds twice or more: timed and counted); beyond that it is capped, and
-    /// the time of a literal build projected [default: 15]
+    /// the time of a literal build projected [default: 20]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub budget: Option<Duration>,
     /// Only what these need, such as table2,table5,figure4

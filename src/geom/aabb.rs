@@ -37,14 +37,6 @@ impl Aabb {
     #[inline(always)]
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
-        #[inline(always)]
-        fn lower(a: f32, b: f32) -> f32 {
-            if b < a { b } else { a }
-        }
-        #[inline(always)]
-        fn upper(a: f32, b: f32) -> f32 {
-            if b > a { b } else { a }
-        }
         Self {
             min: Vec3::new(
                 lower(self.min.x, other.min.x),
@@ -68,8 +60,7 @@ impl Aabb {
         if self.is_empty() {
             return 0.0;
         }
-        let e = self.extent();
-        2.0 * (e.x * e.y + e.y * e.z + e.z * e.x)
+        area_of_extent(self.extent())
     }
 
     /// Edge lengths in f64 (negative where the box is empty).
@@ -99,6 +90,24 @@ impl Aabb {
     pub fn is_valid(&self) -> bool {
         self.min.is_finite() && self.max.is_finite() && !self.is_empty()
     }
+}
+
+/// The smaller of two numbers, as boxes are united: one instruction, the same result in every vectorisation.
+#[inline(always)]
+pub(crate) fn lower(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
+}
+
+/// The larger of two numbers: see [`lower`].
+#[inline(always)]
+pub(crate) fn upper(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
+}
+
+/// Surface area of a box that is not empty, from its edge lengths: see [`Aabb::surface_area`].
+#[inline(always)]
+pub fn area_of_extent(e: DVec3) -> f64 {
+    2.0 * (e.x * e.y + e.y * e.z + e.z * e.x)
 }
 
 #[cfg(test)]

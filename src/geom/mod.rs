@@ -5,7 +5,8 @@ mod ray;
 mod triangle;
 mod watertight;
 
-pub use aabb::Aabb;
+pub use aabb::{Aabb, area_of_extent};
+pub(crate) use aabb::{lower, upper};
 pub use ray::Ray;
 pub use triangle::{Hit, Triangle};
 pub use watertight::WatertightRay;

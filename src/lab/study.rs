@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 pub const SCENES: [&str; 5] = ["thesis:tiny", "thesis:small", "thesis:med", "thesis:large", "thesis:huge"];
 
 /// Seconds per cell unless the user says otherwise.
-pub const DEFAULT_BUDGET: Duration = Duration::from_secs(15);
+pub const DEFAULT_BUDGET: Duration = Duration::from_secs(20);
 
 /// Note of a row whose build was stopped at work.
 const STOPPED: &str = "stopped: projected from the work done until then";

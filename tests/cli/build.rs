@@ -63,13 +63,11 @@ fn every_builder_reading_and_arity_answers_in_full() {
     for (builder, presets) in presets {
         for preset in presets {
             for arity in [2, 4, 8] {
-                // The text's search over all planes at arity 8 takes minutes; nine candidates an axis do.
-                let few = if (builder, *preset, arity) == ("top-down", "text", 8) { "--candidates 9" } else { "" };
-                let words = format!("gen:spheres:60 -b {builder} -k {arity} --preset {preset} --runs 2 {few}");
+                let words = format!("gen:spheres:60 -b {builder} -k {arity} --preset {preset} --runs 2");
                 let report = lab.json(&format!("build {words}"));
                 check(&report);
                 assert_eq!(report["build_ms"]["runs"], 2);
-                for (field, value) in [("builder", builder), ("preset", preset), ("engine", "literal")] {
+                for (field, value) in [("builder", builder), ("preset", preset), ("engine", "exact")] {
                     assert_eq!(report[field], value, "{words}");
                 }
                 assert_eq!((&report["arity"], &report["triangles"]), (&arity.into(), &60.into()));
@@ -78,6 +76,16 @@ fn every_builder_reading_and_arity_answers_in_full() {
                 for field in ["tree_hash", "inner", "leaves", "sah", "epo", "bytes", "counters"] {
                     assert_eq!(report[field], again[field], "{words}: {field}");
                 }
+                // The text's literal search over all planes at arity 8 takes minutes; nine candidates an axis do.
+                let few = if (builder, *preset, arity) == ("top-down", "text", 8) { "--candidates 9" } else { "" };
+                let [exact, literal] =
+                    ["exact", "literal"].map(|e| lab.json(&format!("build {words} {few} --engine {e}")));
+                check(&literal);
+                assert_eq!(literal["engine"], "literal");
+                for field in ["tree_hash", "inner", "leaves", "sah", "epo"] {
+                    assert_eq!(exact[field], literal[field], "{words}: {field}");
+                }
+                assert_ne!(exact["counters"], literal["counters"], "{words}: the work differs");
             }
         }
     }
@@ -89,7 +97,8 @@ fn threads_change_nothing_but_their_number() {
     for builder in ["top-down", "bottom-up", "bottom-up --preset walter", "top-down --preset text"] {
         let reports = [1, 2, 7].map(|threads| {
             let report = lab.json(&format!("build gen:spheres:200 -b {builder} --runs 1 --threads {threads}"));
-            assert_eq!(report["threads"], threads);
+            // What a build used: one, but where an engine shares its work.
+            assert_eq!(report["threads"], if builder.contains("walter") { threads } else { 1 });
             ["tree_hash", "sah", "epo", "counters"].map(|f| report[f].clone())
         });
         assert!(reports[0] == reports[1] && reports[0] == reports[2], "{builder}: {reports:?}");
@@ -135,6 +144,7 @@ fn rule_q8_can_be_switched_off_at_arity_8_and_nowhere_else() {
 fn a_budget_that_is_too_small_caps_and_projects() {
     let lab = Lab::new();
     for words in ["thesis:med -k 8", "thesis:tiny -k 8 --preset text", "thesis:large -b bottom-up --preset walter"] {
+        let words = format!("{words} --engine literal");
         let report = lab.json(&format!("build {words} --budget 0.001"));
         has_fields(&report, &FIELDS);
         let projected = report["projected_ms"].as_f64();
@@ -149,6 +159,17 @@ fn a_budget_that_is_too_small_caps_and_projects() {
         }
         assert!(lab.fine(&format!("build {words} --budget 0.001")).contains("capped"));
     }
+}
+
+#[test]
+fn an_exact_build_over_its_budget_is_capped_without_a_projection() {
+    let lab = Lab::new();
+    let report = lab.json("build thesis:large --preset text -k 4 --budget 0.001");
+    has_fields(&report, &FIELDS);
+    assert_eq!((&report["status"], &report["engine"]), (&"capped".into(), &"exact".into()));
+    assert!(
+        report["projected_ms"].is_null() && report["tree_hash"].is_null() && report["build_ms"]["median"].is_null()
+    );
 }
 
 #[test]

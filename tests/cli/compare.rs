@@ -26,7 +26,7 @@ fn every_builder_stands_there_with_every_figure() {
 #[test]
 fn a_capped_builder_leaves_a_gap_and_stops_nobody() {
     let lab = Lab::new();
-    let words = "compare thesis:small -b top-down,bottom-up -k 8 --preset published --budget 0.002 --size 8x8 --runs 1";
+    let words = "compare thesis:small -b top-down,bottom-up -k 8 --preset published --engine literal --budget 0.002 --size 8x8 --runs 1";
     let report = lab.json(words);
     let entries = report["builders"].as_array().unwrap();
     assert_eq!(entries.len(), 2);
@@ -37,6 +37,18 @@ fn a_capped_builder_leaves_a_gap_and_stops_nobody() {
     }
     let text = lab.fine(words);
     assert!(text.contains("capped") && text.contains("bottom-up"), "{text}");
+}
+
+#[test]
+fn either_engine_compares() {
+    let lab = Lab::new();
+    let hashes = ["exact", "literal"].map(|engine| {
+        let report = lab.json(&format!("compare gen:slivers:80 --engine {engine} --size 8x8 --runs 1"));
+        let entries = report["builders"].as_array().unwrap().clone();
+        assert!(entries.len() == 5 && entries.iter().all(|e| e["engine"] == engine));
+        entries.iter().map(|e| word(e, "tree_hash")).collect::<Vec<_>>()
+    });
+    assert_eq!(hashes[0], hashes[1]);
 }
 
 #[test]

@@ -36,6 +36,10 @@ fn everything_that_is_listed_works() {
         assert!(!ids.is_empty() && ids.iter().all(|id| text.contains(id)), "{what}");
         ids
     };
+    for builder in lab.json("list builders").as_array().unwrap() {
+        assert_eq!(builder["engines"], serde_json::json!(["exact", "literal"]), "{builder}");
+    }
+    assert!(lab.fine("list builders").contains("engines exact, literal"));
     for id in ids("builders") {
         let report = lab.json(&format!("build gen:spheres:60 -b {id} --runs 1"));
         assert_eq!((support::word(&report, "builder"), support::word(&report, "status")), (id, "ok".to_owned()));

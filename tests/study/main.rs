@@ -1,5 +1,6 @@
 //! The study from outside: what a run leaves, what a second run touches, and the figures that must never move.
 
+mod engines;
 mod pinned;
 mod resume;
 mod support;

@@ -1,7 +1,7 @@
 //! Figures of the smallest scene that any change of a tree or a traversal would move.
 
 use crate::support::{STUDY, builds, traces};
-use bvh_lab::build::{self, BuildOptions, Counters, Work};
+use bvh_lab::build::{self, BuildOptions, Counters, Engine, Work};
 use bvh_lab::bvh::{Bvh, NodeKind};
 use bvh_lab::rows::{Construction, Lighting};
 use bvh_lab::scene::Scene;
@@ -95,7 +95,7 @@ fn the_literal_search_tries_every_choice_of_the_closed_form() {
     let boxes = Scene::load("thesis:tiny").unwrap().boxes();
     let builder = build::find("top-down").unwrap();
     for (arity, total) in [(2, 11_973), (4, 1_447_383), (8, 222_423_234)] {
-        let options = BuildOptions { arity, q8: false, ..BuildOptions::default() };
+        let options = BuildOptions { arity, q8: false, engine: Engine::Literal, ..BuildOptions::default() };
         let mut counters = Counters::default();
         let bvh = (builder.counted)(&boxes, &options, &mut counters).unwrap();
         let sizes = sizes(&bvh);

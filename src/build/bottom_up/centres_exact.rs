@@ -22,17 +22,18 @@
 //! too. If it finds nothing, 2d is a lower bound, and the search goes on when that comes up; until then most owners
 //! have been merged by others.
 
+mod queue;
+#[cfg(test)]
+mod tests;
+
 use super::merges::Merges;
 use super::nearest_centres::{NearestCentres, Neighbour};
 use crate::build::{BuildError, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
 use glam::DVec3;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use queue::{Entry, NONE, Queue};
 
-/// The handle of nothing.
-const NONE: u32 = u32::MAX;
 /// A search looks twice as far as the least distance; this is its square.
 const FARTHER: f64 = 4.0;
 
@@ -42,148 +43,127 @@ const FARTHER: f64 = 4.0;
 /// Boxes that [`check_boxes`] refuses, or the probe's stop.
 pub fn build<P: Probe>(boxes: &[Aabb], probe: &mut P) -> Result<Bvh, BuildError> {
     check_boxes(boxes)?;
-    let mut state = State::new(boxes);
+    let mut state = State::new(boxes, probe);
     let mut live = boxes.len();
     while live > 1 {
-        let Reverse(entry) = *state.heap.peek().expect("every live cluster owns an entry");
-        if !state.alive[entry.owner as usize] {
-            state.heap.pop();
-        } else if entry.partner == NONE || !state.alive[entry.partner as usize] {
-            let steps = state.search_again(entry, probe);
-            if !probe.go_on(steps) {
-                return Err(BuildError::Stopped(Unfinished { pending: vec![live] }));
-            }
+        let least = state.queue.least(&state.alive).expect("every live cluster owns an entry");
+        if least.partner == NONE || !state.alive[least.partner as usize] {
+            state.search_again(least, probe);
         } else {
-            let steps = state.merge(entry, probe);
+            state.merge(least, probe);
             live -= 1;
-            if !probe.go_on(steps) {
-                return Err(BuildError::Stopped(Unfinished { pending: vec![live] }));
-            }
+        }
+        let steps = state.take_steps(probe);
+        if !probe.go_on(steps) {
+            return Err(BuildError::Stopped(Unfinished { pending: vec![live] }));
         }
     }
     Ok(state.merges.into_tree(boxes))
 }
 
-/// Compared by distance, then ids, then handles: a total order, so that the heap's choice is one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Entry {
-    /// Bits of the squared distance: those of numbers that are not negative are ordered as the numbers are.
-    distance: u64,
-    /// Smaller and larger id; both 0, before all pairs, where there is none.
-    ids: [u32; 2],
-    owner: u32,
-    partner: u32,
-}
-
-impl Entry {
-    fn distance(&self) -> f64 {
-        f64::from_bits(self.distance)
-    }
-}
-
 struct State {
-    heap: BinaryHeap<Reverse<Entry>>,
+    queue: Queue,
     centres: NearestCentres,
     merges: Merges,
-    /// By handle: the id, the point where it stands, whether it is live.
+    /// Of each handle.
     id: Vec<u32>,
-    point: Vec<u32>,
     alive: Vec<bool>,
-    /// By id, of live clusters: the handle and the box.
-    handle: Vec<u32>,
-    aabb: Vec<Aabb>,
+    /// Of each live cluster by its id.
+    live: Vec<Live>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Live {
+    aabb: Aabb,
+    handle: u32,
+    /// Where it stands among the centres.
+    point: u32,
+    /// How old these were when it came.
+    age: u32,
 }
 
 impl State {
-    fn new(boxes: &[Aabb]) -> Self {
+    fn new<P: Probe>(boxes: &[Aabb], probe: &mut P) -> Self {
         let n = boxes.len();
         let centres: Vec<DVec3> = boxes.iter().map(Aabb::centre).collect();
-        let (centres, mut point) = NearestCentres::new(&centres);
-        point.reserve(n - 1);
+        let (centres, points) = NearestCentres::new(&centres);
+        let gaps: Vec<f64> = centres.gaps().collect();
+        probe.add(Work::NearestSearches, gaps.len() as u64);
+        let bound = |(id, &point): (u32, &u32)| {
+            let alone = centres.beside(point, id).is_none();
+            Entry::bound(if alone { gaps[point as usize] } else { 0.0 }, id)
+        };
+        let queue = Queue::new((0..).zip(&points).map(bound).collect());
+        let age = centres.age();
+        let live = |((handle, &aabb), point)| Live { aabb, handle, point, age };
+        let live = (0..).zip(boxes).zip(points).map(live).collect();
         let mut id = Vec::with_capacity(2 * n - 1);
         id.extend(0..n as u32);
         let mut alive = Vec::with_capacity(2 * n - 1);
         alive.resize(n, true);
-        let entry = |owner| Reverse(Entry { distance: 0, ids: [0, 0], owner, partner: NONE });
-        let heap = (0..n as u32).map(entry).collect::<Vec<_>>().into();
-        Self { heap, centres, merges: Merges::new(n), handle: id.clone(), id, point, alive, aabb: boxes.to_vec() }
+        Self { queue, centres, merges: Merges::new(n), id, alive, live }
     }
 
-    /// The nearest cluster to the one with this id, at `centre` and in or beside the point `own`, if it is not too far
-    /// to be looked for now, and the entry that follows. `least` is the least distance of all.
-    fn search<P: Probe>(
-        &mut self,
-        handle: u32,
-        centre: DVec3,
-        own: Option<u32>,
-        least: f64,
-        probe: &mut P,
-    ) -> (Entry, Option<Neighbour>) {
+    /// Searches for what the least entry's owner is nearest to now.
+    fn search_again<P: Probe>(&mut self, least: Entry, probe: &mut P) {
+        let id = self.id[least.owner as usize];
+        let Live { aabb, point, age, .. } = self.live[id as usize];
         probe.add(Work::NearestSearches, 1);
-        let id = self.id[handle as usize];
-        let beside =
-            own.and_then(|point| Some(Neighbour { distance: 0.0, id: self.centres.beside(point, id)?, point }));
-        let limit = FARTHER * least;
+        let beside = self.centres.beside(point, id).map(|id| Neighbour { distance: 0.0, id, point });
+        let limit = FARTHER * least.distance();
         let found = match beside {
             Some(_) => beside,
-            None if limit > 0.0 => self.centres.within(centre, own, limit),
-            None => self.centres.nearest(centre, own),
+            None if limit > 0.0 => self.centres.within(aabb.centre(), Some(point), age, limit),
+            None => self.centres.nearest(aabb.centre(), Some(point), age),
         };
-        let entry = match found {
-            Some(Neighbour { distance, id: other, .. }) => Entry {
-                distance: distance.to_bits(),
-                ids: [id.min(other), id.max(other)],
-                owner: handle,
-                partner: self.handle[other as usize],
-            },
-            None => Entry { distance: limit.to_bits(), ids: [0, 0], owner: handle, partner: NONE },
-        };
-        (entry, found)
+        let entry = self.entry(least.owner, id, found, limit);
+        self.queue.replace(least, entry);
     }
 
-    /// Counts what searches cost and returns the steps.
-    fn count<P: Probe>(&mut self, probe: &mut P) -> u64 {
+    /// Merges the pair of the least entry, and searches for what the new cluster is nearest to.
+    fn merge<P: Probe>(&mut self, least: Entry, probe: &mut P) {
+        let [first, second] = least.ids;
+        let parts = [first, second].map(|id| self.live[id as usize]);
+        for (id, part) in [first, second].into_iter().zip(parts) {
+            self.alive[part.handle as usize] = false;
+            self.centres.remove(id, part.point);
+        }
+        let handle = self.merges.push(parts[0].handle, parts[1].handle);
+        let aabb = parts[0].aabb.union(&parts[1].aabb);
+        probe.add(Work::Merges, 1);
+        probe.add(Work::BoxUnions, 1);
+        self.id.push(first);
+        self.alive.push(true);
+        let (centre, age) = (aabb.centre(), self.centres.age());
+        probe.add(Work::NearestSearches, 1);
+        let limit = FARTHER * least.distance();
+        let found = if limit > 0.0 {
+            self.centres.within(centre, None, age, limit)
+        } else {
+            self.centres.nearest(centre, None, age)
+        };
+        let twin = found.filter(|found| found.distance == 0.0).map(|found| found.point);
+        let point = self.centres.insert(first, centre, twin);
+        self.live[first as usize] = Live { aabb, handle, point, age };
+        let entry = self.entry(handle, first, found, limit);
+        self.queue.replace(least, entry);
+    }
+
+    /// The entry of a cluster after a search that went as far as `limit`.
+    fn entry(&self, owner: u32, id: u32, found: Option<Neighbour>, limit: f64) -> Entry {
+        match found {
+            Some(Neighbour { distance, id: other, .. }) => {
+                Entry::pair(distance, [id, other], owner, self.live[other as usize].handle)
+            }
+            None => Entry::bound(limit, owner),
+        }
+    }
+
+    /// Counts what searches cost since the last call and returns the steps.
+    fn take_steps<P: Probe>(&mut self, probe: &mut P) -> u64 {
         let cost = self.centres.take_cost();
         probe.add(Work::PairDistances, cost.scored);
         probe.add(Work::SearchVisits, cost.visits);
         1 + cost.visits
     }
-
-    /// Searches for what the least entry's owner is nearest to now; returns the steps that took.
-    fn search_again<P: Probe>(&mut self, entry: Entry, probe: &mut P) -> u64 {
-        let id = self.id[entry.owner as usize];
-        let centre = self.aabb[id as usize].centre();
-        let point = self.point[entry.owner as usize];
-        let (entry, _) = self.search(entry.owner, centre, Some(point), entry.distance(), probe);
-        *self.heap.peek_mut().expect("the entry is still there") = Reverse(entry);
-        self.count(probe)
-    }
-
-    /// Merges the pair of the least entry; returns the steps of the search for the new cluster's nearest.
-    fn merge<P: Probe>(&mut self, entry: Entry, probe: &mut P) -> u64 {
-        let [first, second] = entry.ids;
-        let parts = [first, second].map(|id| self.handle[id as usize]);
-        for (id, handle) in [first, second].into_iter().zip(parts) {
-            self.alive[handle as usize] = false;
-            self.centres.remove(id, self.point[handle as usize]);
-        }
-        let merged = self.merges.push(parts[0], parts[1]);
-        probe.add(Work::Merges, 1);
-        probe.add(Work::BoxUnions, 1);
-        let aabb = self.aabb[first as usize].union(&self.aabb[second as usize]);
-        self.aabb[first as usize] = aabb;
-        self.handle[first as usize] = merged;
-        self.id.push(first);
-        self.alive.push(true);
-        let centre = aabb.centre();
-        let (entry, found) = self.search(merged, centre, None, entry.distance(), probe);
-        let twin = found.filter(|found| found.distance == 0.0).map(|found| found.point);
-        let point = self.centres.insert(first, centre, twin);
-        self.point.push(point);
-        *self.heap.peek_mut().expect("the entry is still there") = Reverse(entry);
-        self.count(probe)
-    }
 }
-
-#[cfg(test)]
-mod tests;

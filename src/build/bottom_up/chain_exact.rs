@@ -2,7 +2,7 @@
 //!
 //! Source: what the program of Beick 2014 does; the same tree as [`super::chain_literal`], whose words hold here, too.
 //! The chain makes the same steps because each of its questions, which live cluster is nearest and among equally near
-//! ones has the lowest id, has one answer, and [`NearestCentres`] gives it exactly.
+//! ones has the lowest id, has one answer, and `nearest_centres` gives it exactly.
 //!
 //! All but one kind of question come with a radius: B's nearest is no farther than A is. Only that of a cluster made
 //! just now is open.
@@ -93,9 +93,10 @@ impl State {
             return Neighbour { distance: 0.0, id, point };
         }
         let centre = centre_of(&self.aabb[of as usize]);
+        let age = self.centres.age();
         let found = match limit {
-            Some(limit) => self.centres.within(centre, Some(point), limit),
-            None => self.centres.nearest(centre, Some(point)),
+            Some(limit) => self.centres.within(centre, Some(point), age, limit),
+            None => self.centres.nearest(centre, Some(point), age),
         };
         found.expect("another cluster is live, and within the limit")
     }
@@ -103,7 +104,7 @@ impl State {
     /// The nearest to the cluster `of` made just now, which takes its place among the others.
     fn search_merged<P: Probe>(&mut self, of: u32, centre: DVec3, probe: &mut P) -> Neighbour {
         probe.add(Work::NearestSearches, 1);
-        let found = self.centres.nearest(centre, None).expect("another cluster is live");
+        let found = self.centres.nearest(centre, None, self.centres.age()).expect("another cluster is live");
         let twin = (found.distance == 0.0).then_some(found.point);
         self.point[of as usize] = self.centres.insert(of, centre, twin);
         found

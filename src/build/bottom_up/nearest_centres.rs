@@ -6,15 +6,16 @@
 //! or when searches have met more dead in it than building it again would cost.
 //!
 //! Answers are exact, whatever kiddo rounds. It is asked for everything within a radius somewhat larger than the best
-//! distance known; what it returns is scored again from the centres themselves, and equal distances are decided by ids.
-//! Three things keep it fast where centres share coordinates:
+//! distance known ([`search`] has the bounds); what it returns is scored again from the centres themselves, and equal
+//! distances are decided by ids. So it is enough that kiddo loses no point that is clearly inside.
+//!
+//! Two things keep this fast where centres share coordinates:
 //! * One point stands for all clusters with the same centre, with their ids in order. Distance 0 never reaches kiddo.
 //! * kiddo sees the scene turned. Its tree halves one axis after the other, and where all coordinates on an axis are
-//!   equal, as in the plane of a floor, halving separates nothing: leaves of thousands of points were measured.
-//!   The rotation has integer entries and stretches by 75. With u = 2⁻⁵³, a turned coordinate is off by at most 5u·129
-//!   times the largest original one, so two turned points by less than 75·15u·(|p| + |q|) in Euclidean distance, and
-//!   since |p| ≤ |q| + r for a point within r of q, 75·64u·(|q| + r) more than 75·r is a radius that loses nothing.
-//! * Searches without a radius find one by asking for the nearest 1, 8, 64, … until one of them is alive.
+//!   equal, as in the plane of a floor, halving separates nothing: leaves of thousands of points were measured on lines.
+//!
+//! Deviation from kiddo's own way to change trees: `MutableKdTree` of 6.3 refuses many points with a coordinate in
+//! common and does not find others again that it was given.
 
 mod search;
 #[cfg(test)]
@@ -23,7 +24,7 @@ mod tests;
 use glam::DVec3;
 use kiddo::ImmutableKdTree;
 pub(super) use search::distance_squared;
-use search::{Search, turned};
+use search::{Search, gap, turned};
 use std::collections::BTreeSet;
 
 /// The id or point of nothing.
@@ -85,7 +86,7 @@ struct Tree {
     start: u32,
     tree: ImmutableKdTree<f64, 3>,
     live: usize,
-    /// Dead points met in searches.
+    /// Points met in searches that could not be the answer: dead, or where the search was from.
     wasted: u64,
 }
 
@@ -160,22 +161,35 @@ impl NearestCentres {
         }
     }
 
-    /// The nearest cluster to `centre` with at most this squared distance, but for those at the point `except`.
-    pub fn within(&mut self, centre: DVec3, except: Option<u32>, limit: f64) -> Option<Neighbour> {
+    /// How many points there have been: those that come are younger than this age.
+    pub fn age(&self) -> u32 {
+        self.points.len() as u32
+    }
+
+    /// For each of the points there are at first a lower bound of the squared distance to any other one.
+    pub fn gaps(&self) -> impl Iterator<Item = f64> {
+        let tree = self.trees.first().map(|oldest| &oldest.tree);
+        self.points.iter().map(move |p| tree.map_or(0.0, |tree| gap(tree, p.centre)))
+    }
+
+    /// The nearest cluster to `centre` with at most this squared distance, but for those at the point
+    /// `except`: of all that came before `age`, and of some later ones.
+    pub fn within(&mut self, centre: DVec3, except: Option<u32>, age: u32, limit: f64) -> Option<Neighbour> {
         let mut search = Search::new(&self.points, centre, except, limit);
-        search.scan(self.scanned_from);
-        for Tree { tree, wasted, .. } in &mut self.trees {
+        search.scan(self.scanned_from, age);
+        for Tree { tree, wasted, .. } in self.trees.iter_mut().rev().filter(|tree| tree.start < age) {
             *wasted += search.within(tree);
         }
         search.finish(&mut self.cost)
     }
 
-    /// The nearest cluster to `centre`, but for those at the point `except`.
-    pub fn nearest(&mut self, centre: DVec3, except: Option<u32>) -> Option<Neighbour> {
+    /// The nearest cluster to `centre`, but for those at the point `except`: of all that came before `age`, and
+    /// of some later ones.
+    pub fn nearest(&mut self, centre: DVec3, except: Option<u32>, age: u32) -> Option<Neighbour> {
         let mut search = Search::new(&self.points, centre, except, f64::INFINITY);
-        search.scan(self.scanned_from);
-        for Tree { tree, wasted, .. } in &mut self.trees {
-            *wasted += search.approach(tree) + search.within(tree);
+        search.scan(self.scanned_from, age);
+        for Tree { tree, wasted, .. } in self.trees.iter_mut().rev().filter(|tree| tree.start < age) {
+            *wasted += search.approach(tree);
         }
         search.finish(&mut self.cost)
     }

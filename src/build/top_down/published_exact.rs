@@ -1,12 +1,36 @@
 //! `top-down`, preset `published`, engine `exact`: the tree of the literal engine without its combinations.
+//!
+//! Source: Beick 2014, "Construction Algorithms"; what is built, and how it deviates from the original, is said in
+//! [`super::published_literal`].
+//!
+//! Why it is the same tree. On one axis a choice cuts the m + 1 segments between the candidates into k runs, and its cost
+//! is the sum of the runs' terms: integers, so the order of adding is free. With `best(a, j)` the least cost of the
+//! segments from a on as j runs,
+//!
+//! ```text
+//! best(a, 1) = term(a, m + 1)        best(a, j) = min over b > a of term(a, b) + best(b, j − 1)
+//! ```
+//!
+//! and best(0, k) is the least cost of all C(m, k − 1) choices after O(k·m²) steps (a sweep from both sides at k = 2).
+//! Ties: walking forward from (0, k), the smallest b that reaches the optimum is the smallest first split of any cheapest
+//! choice, and so on: the lexicographically first. Axes come in the order x, y, z, and only a smaller cost replaces.
+//!
+//! A node's triangles are a set that only its ancestors' choices decide, and every order is total (lower coordinate, id),
+//! so three orders sorted once and split stably equal the original's sorting at every node. Rule Q8 alone looks at what is
+//! left in the one array of the original: there, finished leaves hold the order of their parent's axis, and nodes with
+//! fewer triangles than children their own by z. Those slots are written as the original would leave them, in its order,
+//! depth first from left to right; it reads no others.
+//!
+//! Where all boxes of a node are equal, so are its three orders and costs: only x is searched, and no order is split.
 
 use super::Published;
 use crate::build::{BuildError, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
+use arrayvec::ArrayVec;
 use ordered_float::OrderedFloat;
 use orders::Orders;
-use splits::{Choice, Search};
+use splits::{Choice, MAX_ARITY, Search};
 
 mod orders;
 mod splits;
@@ -32,7 +56,8 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &Published, probe: &mut P) -> Res
         probe,
     };
     if n > MAX_LEAF {
-        builder.pending.push(Pending { node: 0, start: 0, n });
+        let uniform = boxes.iter().all(|b| *b == root);
+        builder.pending.push(Pending { node: 0, start: 0, n, uniform });
     }
     while let Some(next) = builder.pending.pop() {
         builder.node(next)?;
@@ -46,6 +71,8 @@ struct Pending {
     node: usize,
     start: usize,
     n: usize,
+    /// Whether all its boxes are equal.
+    uniform: bool,
 }
 
 struct Builder<'a, P> {
@@ -62,59 +89,67 @@ struct Builder<'a, P> {
 
 impl<P: Probe> Builder<'_, P> {
     fn node(&mut self, p: Pending) -> Result<(), BuildError> {
-        let Pending { node, start, n } = p;
+        let Pending { node, start, n, .. } = p;
         if n < self.params.arity {
             self.without_combination(p);
             return Ok(());
         }
-        let stride = self.params.stride(n);
-        let aabb = self.nodes[node].aabb;
-        self.search.begin(&aabb, n, stride);
-        let mut steps = 0;
-        let mut best: Option<(usize, Choice)> = None;
-        for axis in 0..3 {
-            let bound = best.as_ref().map_or(i64::MAX, |(_, choice)| choice.cost);
-            let sorted = self.orders.sorted(axis, start..start + n);
-            if let Some(choice) = self.search.best(self.boxes, sorted, bound, &mut steps, self.probe) {
-                best = Some((axis, choice));
+        self.search.begin(&self.nodes[node].aabb, n, self.params.stride(n));
+        let mut best: Option<Choice> = None;
+        if p.uniform {
+            // The same on all axes, and only a smaller sum replaces the first.
+            self.search.repeat(0, &self.nodes[node].aabb);
+            best = self.search.best(0, i64::MAX, self.probe);
+        } else {
+            for axis in 0..3 {
+                let sorted = self.orders.sorted(axis, start..start + n);
+                self.search.gather(axis, self.boxes, sorted, self.probe);
+                let bound = best.map_or(i64::MAX, |choice| choice.cost);
+                best = self.search.best(axis, bound, self.probe).or(best);
             }
         }
-        if !self.probe.go_on(steps) {
+        if !self.probe.go_on(self.search.steps) {
             let pending = self.pending.iter().map(|p| p.n).chain([n]).collect();
             return Err(BuildError::Stopped(Unfinished { pending }));
         }
-        let (axis, choice) = best.expect("as many candidates as a choice takes");
-        self.split(node, start, axis, &choice);
+        self.split(&p, &best.expect("as many candidates as a choice takes"));
         Ok(())
     }
 
-    fn split(&mut self, node: usize, start: usize, axis: usize, choice: &Choice) {
+    fn split(&mut self, p: &Pending, choice: &Choice) {
         let arity = self.params.arity;
-        let ends = &choice.ends[..arity];
-        let n = ends[arity - 1];
-        self.slots[start..start + n].copy_from_slice(self.orders.sorted(axis, start..start + n));
         let first = self.nodes.len();
-        self.nodes[node] = Node::inner(self.nodes[node].aabb, first, arity);
+        self.nodes[p.node] = Node::inner(self.nodes[p.node].aabb, first, arity);
         let waiting = self.pending.len();
-        let mut begin = 0;
-        for (k, &end) in ends.iter().enumerate() {
-            let (start, n) = (start + begin, end - begin);
-            self.nodes.push(Node::leaf(choice.boxes[k], start, n));
+        let mut ends = ArrayVec::<usize, MAX_ARITY>::new();
+        let mut search = false;
+        let mut start = p.start;
+        for (end, aabb) in self.search.children(choice) {
+            ends.push(end);
+            let n = p.start + end - start;
+            let sorted = self.orders.sorted(choice.axis, start..start + n);
             if n > MAX_LEAF {
-                self.pending.push(Pending { node: first + k, start, n });
+                let uniform = p.uniform || sorted.iter().all(|&t| self.boxes[t as usize] == aabb);
+                self.pending.push(Pending { node: self.nodes.len(), start, n, uniform });
+                search |= n >= arity;
             }
-            begin = end;
+            if n <= MAX_LEAF || n < arity {
+                self.slots[start..start + n].copy_from_slice(sorted);
+            }
+            self.nodes.push(Node::leaf(aabb, start, n));
+            start += n;
         }
-        // Children that search on need their orders.
-        if self.pending[waiting..].iter().any(|p| p.n >= arity) {
-            self.orders.split(axis, start, ends);
+        self.probe.add(Work::BoxUnions, self.search.segments(choice.axis) as u64);
+        // Children that search on need their orders; those of a uniform node are the same on all axes.
+        if search && !p.uniform {
+            self.orders.split(choice.axis, p.start, &ends);
         }
         self.pending[waiting..].reverse();
     }
 
     /// Nodes of fewer triangles than children: rule Q8 of the specification, or one child per triangle.
     fn without_combination(&mut self, p: Pending) {
-        let Pending { mut node, mut start, mut n } = p;
+        let Pending { mut node, mut start, mut n, .. } = p;
         loop {
             if self.params.q8 {
                 self.probe.add(if start == 0 { Work::Q8AtStart } else { Work::Q8Nodes }, 1);

@@ -28,13 +28,15 @@
 mod cells;
 mod cuts;
 mod search;
+mod single;
 
 use super::Text;
-use crate::build::{BuildError, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
+use crate::build::{BuildError, ChildCost, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
 use cells::Cells;
-use search::{Choice, Search};
+use search::{Node as SearchNode, Search};
+use single::Single;
 
 /// Builds the tree over `boxes`, one per triangle.
 ///
@@ -53,7 +55,7 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &Text, probe: &mut P) -> Result<B
     let mut triangles: Vec<Triangle> = boxes.iter().zip(0..).map(|(&aabb, id)| Triangle { aabb, id }).collect();
     let mut scratch = triangles.clone();
     let mut cells = Cells::new(params.planes);
-    let mut search = Search::default();
+    let mut search = Searches::default();
     probe.add(Work::BoxUnions, n as u64);
     let root = Aabb::union_of(boxes);
     let mut nodes = vec![Node::leaf(root, 0, n)];
@@ -71,7 +73,7 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &Text, probe: &mut P) -> Result<B
             let sizes = pending.iter().map(|(_, slots)| slots.len()).chain([n]);
             return Err(BuildError::Stopped(Unfinished { pending: sizes.collect() }));
         };
-        probe.add(Work::Fallbacks, u64::from(choice.planes.len() + 1 < params.arity));
+        probe.add(Work::Fallbacks, u64::from(choice.len() + 1 < params.arity));
         probe.add(Work::BoxUnions, n as u64);
         let children = partition(here, &mut scratch[..n], &cells, &choice);
         let first = nodes.len();
@@ -95,6 +97,66 @@ struct Triangle {
     id: u32,
 }
 
+/// A plane of the answer: it lies right above `slab`.
+#[derive(Clone, Copy)]
+struct Plane {
+    axis: usize,
+    slab: usize,
+}
+
+/// The planes of the answer, in index order.
+type Choice = arrayvec::ArrayVec<Plane, 7>;
+
+/// The searches for any number of planes. Three need fewer costs per state than seven.
+#[derive(Default)]
+struct Searches {
+    single: Single,
+    few: Search<4>,
+    many: Search<8>,
+}
+
+impl Searches {
+    /// The choice for a node with box `aabb`, without planes where nothing separates it; `None` when the probe asked to
+    /// stop.
+    fn run<P: Probe>(
+        &mut self,
+        triangles: &[Triangle],
+        cells: &Cells,
+        aabb: &Aabb,
+        arity: usize,
+        probe: &mut P,
+    ) -> Option<Choice> {
+        let node = SearchNode { triangles, cells, cost: ChildCost::new(aabb, arity) };
+        // More planes than these leave a child empty in any case.
+        let useful = cells.slabs.iter().sum::<usize>() - 3;
+        let most = useful.min(arity - 1).min(triangles.len() - 1);
+        if !probe.go_on(triangles.len() as u64) {
+            return None;
+        }
+        for choose in (1..=most).rev() {
+            let choice = match choose {
+                4.. => {
+                    if choose == most {
+                        self.many.fill(&node, probe);
+                    }
+                    self.many.run(&node, choose, probe)?
+                }
+                2.. => {
+                    if choose == most.min(3) {
+                        self.few.fill(&node, probe);
+                    }
+                    self.few.run(&node, choose, probe)?
+                }
+                _ => self.single.run(triangles, cells, &node.cost, probe).into_iter().collect(),
+            };
+            if !choice.is_empty() {
+                return Some(choice);
+            }
+        }
+        Some(Choice::new())
+    }
+}
+
 /// A child as the partition leaves it.
 #[derive(Clone, Copy)]
 struct Child {
@@ -116,15 +178,15 @@ type Children = arrayvec::ArrayVec<Child, 8>;
 
 /// Sorts `triangles` stably by child; halves them where no plane was chosen.
 fn partition(triangles: &mut [Triangle], scratch: &mut [Triangle], cells: &Cells, choice: &Choice) -> Children {
-    if choice.planes.is_empty() {
+    if choice.is_empty() {
         let (a, b) = triangles.split_at(triangles.len() / 2);
         let child = |half: &[Triangle]| Child { aabb: Aabb::union_of(half.iter().map(|t| &t.aabb)), size: half.len() };
         return [child(a), child(b)].into_iter().collect();
     }
     // A plane's children come before those of the axes after it: the first plane above a triangle is a minimum.
-    let last = choice.planes.len() as u8;
+    let last = choice.len() as u8;
     let mut child_of = [[last; 256]; 3];
-    for (child, plane) in choice.planes.iter().enumerate().rev() {
+    for (child, plane) in choice.iter().enumerate().rev() {
         child_of[plane.axis][..=plane.slab].fill(child as u8);
     }
     let child_of = |cell: &[u8; 4]| {

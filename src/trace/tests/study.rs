@@ -40,7 +40,7 @@ impl Study {
     }
 }
 
-/// The thesis' own trees, by the literal engine.
+/// The thesis' own trees.
 fn thesis_tree(id: &'static str, arity: usize) -> impl Fn(&Scene) -> Bvh {
     move |scene| {
         let options = BuildOptions { arity, ..BuildOptions::default() };

@@ -7,12 +7,21 @@ use crate::geom::Aabb;
 use crate::scene::families::FAMILIES;
 use glam::DVec3;
 use proptest::prelude::*;
-use std::collections::BTreeMap;
 
-/// What a search must find, as (distance, id).
-fn expected(live: &BTreeMap<u32, DVec3>, from: DVec3, own: bool, limit: f64) -> Option<(f64, u32)> {
-    let others = live.iter().filter(|(_, centre)| !own || **centre != from);
-    let keys = others.map(|(&id, &centre)| (distance_squared(from, centre), id)).filter(|key| key.0 <= limit);
+/// A live cluster of the list.
+#[derive(Clone, Copy, Debug)]
+struct Listed {
+    id: u32,
+    centre: DVec3,
+    point: u32,
+    /// How old the searched centres were when it came.
+    age: u32,
+}
+
+/// What a search among `listed` must find, as (distance, id).
+fn expected<'a>(listed: impl Iterator<Item = &'a Listed>, from: DVec3, own: bool, limit: f64) -> Option<(f64, u32)> {
+    let others = listed.filter(|other| !own || other.centre != from);
+    let keys = others.map(|other| (distance_squared(from, other.centre), other.id)).filter(|key| key.0 <= limit);
     keys.min_by(|a, b| a.partial_cmp(b).unwrap())
 }
 
@@ -23,41 +32,54 @@ fn exercise(boxes: &[Aabb], mut random: u64) -> Result<(), TestCaseError> {
         (random >> 33) as usize % below
     };
     let centres: Vec<DVec3> = boxes.iter().map(Aabb::centre).collect();
-    let (mut all, mut points) = NearestCentres::new(&centres);
-    let mut live: BTreeMap<u32, DVec3> = (0..).zip(centres.iter().copied()).collect();
+    let (mut all, points) = NearestCentres::new(&centres);
+    let age = all.age();
+    // In the order in which they came.
+    let mut live: Vec<Listed> = (0..)
+        .zip(centres.iter().zip(&points))
+        .map(|(id, (&centre, &point))| Listed { id, centre, point, age })
+        .collect();
+    let gaps: Vec<f64> = all.gaps().collect();
+    for Listed { centre, point, .. } in &live {
+        let nearest = expected(live.iter(), *centre, true, f64::MAX);
+        prop_assert!(nearest.is_none_or(|(distance, _)| gaps[*point as usize] <= distance));
+    }
+    let mut gone = Vec::new();
     let found = |n: Option<Neighbour>| n.map(|n| (n.distance, n.id));
     for _ in 0..3 * boxes.len() + 2 * NEWEST {
-        let ids: Vec<u32> = live.keys().copied().collect();
-        if ids.is_empty() {
+        if live.is_empty() {
             break;
         }
-        let (a, b) = (ids[next(ids.len())], ids[next(ids.len())]);
-        let limits = [f64::INFINITY, distance_squared(live[&a], live[&b]), 0.25, 0.0];
-        for limit in limits {
-            let n = all.within(live[&a], Some(points[a as usize]), limit);
-            prop_assert_eq!(found(n), expected(&live, live[&a], true, limit));
+        let (at, b) = (next(live.len()), live[next(live.len())]);
+        let a = live[at];
+        for limit in [f64::INFINITY, distance_squared(a.centre, b.centre), 0.25, 0.0] {
+            let n = all.within(a.centre, Some(a.point), all.age(), limit);
+            prop_assert_eq!(found(n), expected(live.iter(), a.centre, true, limit));
+            // A younger one may be found instead, but never one that comes later in the order of answers.
+            let n = found(all.within(a.centre, Some(a.point), a.age, limit));
+            let elder = expected(live[..at].iter(), a.centre, true, limit);
+            prop_assert!(elder.is_none_or(|elder| n.is_some_and(|n| n <= elder)), "{n:?} for {elder:?}");
+            let younger = n.map(|n| live.iter().any(|c| (distance_squared(a.centre, c.centre), c.id) == n));
+            prop_assert_ne!(younger, Some(false));
         }
-        prop_assert_eq!(
-            found(all.nearest(live[&a], Some(points[a as usize]))),
-            expected(&live, live[&a], true, f64::MAX)
-        );
-        let same: Vec<u32> =
-            live.iter().filter(|(id, centre)| **id != a && **centre == live[&a]).map(|l| *l.0).collect();
-        prop_assert_eq!(all.beside(points[a as usize], a), same.first().copied());
+        let n = all.nearest(a.centre, Some(a.point), all.age());
+        prop_assert_eq!(found(n), expected(live.iter(), a.centre, true, f64::MAX));
+        let beside = live.iter().filter(|c| c.id != a.id && c.centre == a.centre).map(|c| c.id).min();
+        prop_assert_eq!(all.beside(a.point, a.id), beside);
         // Two out of three times one goes, as in a clustering; the third time one comes back somewhere.
-        let somewhere = [(live[&a] + live[&b]) * 0.5, live[&b], centres[next(centres.len())]][next(3)];
-        let gone = (0..points.len() as u32).find(|id| !live.contains_key(id));
         if next(3) == 0
-            && let Some(id) = gone
+            && let Some(id) = gone.pop()
         {
-            let nearest = all.nearest(somewhere, None);
-            prop_assert_eq!(found(nearest), expected(&live, somewhere, false, f64::MAX));
+            let centre = [(a.centre + b.centre) * 0.5, b.centre, centres[next(centres.len())]][next(3)];
+            let age = all.age();
+            let nearest = all.nearest(centre, None, age);
+            prop_assert_eq!(found(nearest), expected(live.iter(), centre, false, f64::MAX));
             let twin = nearest.filter(|n| n.distance == 0.0).map(|n| n.point);
-            points[id as usize] = all.insert(id, somewhere, twin);
-            live.insert(id, somewhere);
+            live.push(Listed { id, centre, point: all.insert(id, centre, twin), age });
         } else {
-            all.remove(a, points[a as usize]);
-            live.remove(&a);
+            all.remove(a.id, a.point);
+            gone.push(a.id);
+            live.remove(at);
         }
     }
     Ok(())

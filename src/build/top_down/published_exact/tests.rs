@@ -2,7 +2,7 @@
 
 use super::super::{Published, published_literal};
 use super::build;
-use crate::build::testing::any_boxes;
+use crate::build::testing::{any_boxes, inner_sizes};
 use crate::build::{Brake, BuildError, Counters, Work};
 use crate::bvh::{Bvh, tree_hash};
 use crate::geom::Aabb;
@@ -53,6 +53,40 @@ proptest! {
     #[test]
     fn any_arity_with_few_candidates(boxes in any_boxes(1..=120), arity in 2usize..=8, more in 0usize..6, q8: bool) {
         check(&boxes, &Published { arity, candidates: arity + more, q8 });
+    }
+}
+
+/// Groups of equal boxes, some of them far larger than a leaf, beside single ones.
+fn groups() -> impl Strategy<Value = Vec<Aabb>> {
+    (any_boxes(1..=12), proptest::collection::vec((0usize..12, 1usize..40), 1..12))
+        .prop_map(|(boxes, groups)| groups.into_iter().flat_map(|(i, n)| vec![boxes[i % boxes.len()]; n]).collect())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn groups_of_equal_boxes(boxes in groups()) {
+        check(&boxes, &Published::at_arity(2));
+        check(&boxes, &Published { arity: 4, candidates: 20, q8: true });
+        check(&boxes, &Published { arity: 8, candidates: 9, q8: true });
+    }
+
+    #[test]
+    fn work_stays_within_the_closed_form(boxes in any_boxes(5..=300), arity in 2usize..=8) {
+        let p = Published { arity, candidates: 40, q8: false };
+        let mut counters = Counters::default();
+        let bvh = build(&boxes, &p, &mut counters).unwrap();
+        let (mut steps, mut costs) = (0, 0);
+        for n in inner_sizes(&bvh).into_iter().filter(|&n| n >= arity) {
+            let m = p.positions(n);
+            steps += 3 * (m + (arity - 2) * (m * (m - 1) / 2));
+            costs += if arity == 2 { 3 * 2 * m } else { 3 * ((m + 1) * (m + 2) / 2 + m + 2 * arity) };
+        }
+        prop_assert!(counters.get(Work::DpSteps) <= steps as u64);
+        prop_assert!(counters.get(Work::ChildCosts) <= costs as u64 + 3 * arity as u64);
+        prop_assert!(steps == 0 || counters.get(Work::DpSteps) > 0);
+        prop_assert_eq!(tree_hash(&bvh), tree_hash(&build(&boxes, &p, &mut ()).unwrap()));
     }
 }
 

@@ -25,31 +25,22 @@ impl Cells {
 
     /// Finds the cells of the triangles of a node with box `node`.
     pub fn fill(&mut self, triangles: &[Triangle], node: &Aabb) {
-        let (planes, origin, extent) = (self.planes, node.min.as_dvec3(), node.extent());
-        let inverse = extent.recip();
+        let planes = self.planes;
+        let axes = Axes {
+            origin: node.min.as_dvec3().to_array(),
+            extent: node.extent().to_array(),
+            inverse: node.extent().recip().to_array(),
+            planes: planes as i32,
+        };
         let mut seen = [[false; 256]; 3];
         self.cells.clear();
         self.cells.extend(triangles.iter().map(|t| {
-            let offset = (t.aabb.centre() - origin) * (planes + 1) as f64;
-            let bin = [0, 1, 2].map(|axis| {
-                // Planes that the centre is not below: a division's guess, corrected by the inequality that decides.
-                let beyond = |i: usize| (i as f64) * extent[axis] <= offset[axis];
-                if extent[axis] == 0.0 {
-                    return planes as u8;
-                }
-                let mut bin = ((offset[axis] * inverse[axis]) as usize).min(planes);
-                while bin < planes && beyond(bin + 1) {
-                    bin += 1;
-                }
-                while bin > 0 && !beyond(bin) {
-                    bin -= 1;
-                }
-                bin as u8
-            });
-            for axis in 0..3 {
-                seen[axis][usize::from(bin[axis])] = true;
-            }
-            [bin[0], bin[1], bin[2], 0]
+            let centre = t.aabb.centre().to_array();
+            let [x, y, z] = [0, 1, 2].map(|axis| axes.bin(centre, axis));
+            seen[0][usize::from(x)] = true;
+            seen[1][usize::from(y)] = true;
+            seen[2][usize::from(z)] = true;
+            [x, y, z, 0]
         }));
         let mut slab_of = [[0u8; 256]; 3];
         for axis in 0..3 {
@@ -65,5 +56,32 @@ impl Cells {
                 cell[axis] = slab_of[axis][usize::from(cell[axis])];
             }
         }
+    }
+}
+
+/// The axes of a node.
+struct Axes {
+    origin: [f64; 3],
+    extent: [f64; 3],
+    inverse: [f64; 3],
+    planes: i32,
+}
+
+impl Axes {
+    /// How many planes a centre is not below: those of (i + 1)·extent ≤ (centre − min)·(planes + 1).
+    ///
+    /// Division by the extent is off by less than one plane, so the inequality itself corrects it at once. Nothing is
+    /// below a plane where the node is flat.
+    #[inline(always)]
+    fn bin(&self, centre: [f64; 3], axis: usize) -> u8 {
+        let (planes, extent) = (self.planes, self.extent[axis]);
+        if extent == 0.0 {
+            return planes as u8;
+        }
+        let offset = (centre[axis] - self.origin[axis]) * f64::from(planes + 1);
+        let beyond = |i: i32| f64::from(i) * extent <= offset;
+        let guess = ((offset * self.inverse[axis]) as i32).min(planes);
+        let bin = guess - i32::from(!beyond(guess)) + i32::from(guess < planes && beyond(guess + 1));
+        bin as u8
     }
 }
