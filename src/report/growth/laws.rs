@@ -111,7 +111,8 @@ fn law(
         .filter(|s| s.construction == construction && s.preset == preset && arities.contains(&s.arity) && s.fits())
         .filter_map(|s| Some(((count.of)(s)?, s.seconds)))
         .collect();
-    let fit = Proportion::of(&points)?;
+    // One build meets any constant.
+    let fit = Proportion::of(&points).filter(|fit| fit.points > 1)?;
     Some(Law { times, construction, preset: preset.into(), arities: arities.to_vec(), count, main, fit })
 }
 

@@ -126,7 +126,9 @@ fn worst<'a>(fits: &'a Fits, law: &Law) -> Option<&'a Residual> {
 
 /// The builds that the thesis gave up, with what they would have taken.
 fn given_up(fits: &Fits) -> Markup {
-    let capped: Vec<&Residual> = fits.residuals.iter().filter(|r| r.sample.flag == Flag::Capped).collect();
+    // From the bottom up, one stands for all: the arities share the work.
+    let told = |r: &&Residual| r.sample.construction == Construction::TopDown || r.sample.arity == 2;
+    let capped: Vec<&Residual> = fits.residuals.iter().filter(|r| r.sample.flag == Flag::Capped).filter(told).collect();
     html! {
         @if !capped.is_empty() {
             p {
