@@ -40,6 +40,23 @@ proptest! {
     }
 }
 
+/// Points on a grid and a few boxes: many children cost nothing, so many choices cost the same.
+fn mostly_points() -> impl Strategy<Value = Vec<Aabb>> {
+    let corner = (0u8..5, 0u8..5, 0u8..6).prop_map(|(x, y, z)| Vec3::new(x.into(), y.into(), z.into()));
+    let size = prop_oneof![4 => Just(0.0f32), 1 => Just(2.0)];
+    let aabb = (corner, size).prop_map(|(corner, size)| Aabb::new(corner, corner + size));
+    proptest::collection::vec(aabb, 5..=16)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn children_without_area(boxes in mostly_points(), arity in 3usize..=6) {
+        check(&boxes, &Text { arity, planes: 5 });
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
