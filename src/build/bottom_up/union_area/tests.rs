@@ -91,7 +91,8 @@ proptest! {
                 id: c.id,
                 at: other as u32,
             });
-            prop_assert_eq!(best, scanned.fold(Nearest::NONE, Nearest::or));
+            let least = scanned.min_by(|a, b| a.distance.total_cmp(&b.distance).then(a.id.cmp(&b.id)));
+            prop_assert_eq!(best, least.unwrap_or(Nearest::NONE));
         }
     }
 }
@@ -204,6 +205,20 @@ fn two_pairs_far_apart_by_hand() {
     let bvh = build(&[at(0.0), at(10.0), at(1.5), at(12.0), at(30.0)], &mut ()).unwrap();
     let leaves: Vec<Vec<u32>> = bvh.children(0).map(|c| bvh.leaf_triangles(c).to_vec()).collect();
     assert_eq!(leaves, [vec![0, 2, 1, 3], vec![4]]);
+}
+
+#[test]
+fn an_extent_beyond_f32_hides_nobody() {
+    let bar = |half: f32, side: f32| Aabb::new(Vec3::new(0.0, -half, 0.0), Vec3::new(side, half, side));
+    let far = bar(3e38, 1e30);
+    // The thin bar at position 4 is nearer than the one at position 1, but 6·10³⁸ long: infinite in f32.
+    let boxes = [bar(1e38, 1e-10), bar(1e38, 1e-9), far, far, bar(3e38, 1e-10)];
+    let live: Vec<Live> = (0u32..).zip(&boxes).map(|(id, &aabb)| Live { aabb, id, handle: id }).collect();
+    let mut tree = Tree::new(&boxes);
+    tree.fill(&live);
+    let mut best = Nearest::NONE;
+    tree.nearest::<false>(&boxes[0], 0, 0, &mut best, &mut Stack::default(), &mut Effort::default());
+    assert_eq!(best.at, 4);
 }
 
 #[test]
