@@ -171,8 +171,12 @@ impl ScalingStudy {
                     || r.status != Status::Error && r.budget_s.is_none_or(|b| b >= budget.as_secs_f64()))
         };
         if let Some(known) = rows.get(&row.key()).filter(settled) {
-            let wide = self.empty_collapse(job, subject, 4);
-            let missing = job.is_collapsed() && known.status == Status::Ok && rows.get(&wide.key()).is_none();
+            let is_measured = |arity: usize| {
+                let row = rows.get(&self.empty_collapse(job, subject, arity).key());
+                row.is_some_and(|r| r.status == Status::Ok && r.scene_hash == subject.hash)
+            };
+            let all_measured = [4, 8].into_iter().all(is_measured);
+            let missing = job.is_collapsed() && known.status == Status::Ok && !all_measured;
             return (None, if missing { pool.install(|| job.build(&subject.triangles)) } else { None });
         }
         row.budget_s = Some(budget.as_secs_f64());

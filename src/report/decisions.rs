@@ -80,7 +80,7 @@ pub(crate) struct Totals {
     rounded_ties: usize,
     same_cost: usize,
     largest_excess: f64,
-    /// Least and greatest ratio of SAH, EPO and nodes per pixel; 1 is among them.
+    /// Least and greatest ratio of SAH, EPO and nodes per pixel; 1 where no row has one.
     changes: [(f64, f64); 3],
 }
 
@@ -91,7 +91,8 @@ impl Totals {
         let sum = |of: fn(&DecisionRow) -> Option<usize>| rows.iter().filter_map(|r| of(r)).sum::<usize>();
         let extremes = |quantity: usize| {
             let ratios = rows.iter().filter_map(|r| ratios(r)[quantity]);
-            ratios.fold((1.0f64, 1.0f64), |(least, most), r| (least.min(r), most.max(r)))
+            let all = ratios.map(|r| (r, r)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+            all.unwrap_or((1.0, 1.0))
         };
         let totals = Self {
             compared: sum(|r| r.compared),
@@ -123,7 +124,7 @@ impl Totals {
     pub fn in_detail(&self) -> String {
         format!(
             "At {} of these nodes the f32 sums of both choices are equal and the order decides, at {} rounding turns the order \
-             round; at {} both choices cost the same in exact numbers.",
+             round; at {} both choices cost the same to one part in 10¹³ in exact numbers.",
             number(self.rounded_ties),
             number(self.different.saturating_sub(self.rounded_ties)),
             number(self.same_cost),

@@ -52,7 +52,7 @@ pub struct DecisionRow {
     pub threads: usize,
     /// Processor and operating system.
     pub machine: String,
-    /// Crate version and row format, such as `0.1.0+rows1`.
+    /// Crate version and row format, such as `0.1.0+rows2`.
     pub version: String,
     /// Commit of the program, with a fingerprint where its sources are not that commit's.
     pub commit: String,

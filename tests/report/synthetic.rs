@@ -164,7 +164,7 @@ pub fn decision(model: Model, arity: usize) -> DecisionRow {
         f32_nodes_per_pixel: Some(5.1),
         threads: 1,
         machine: "Synthetic CPU, Linux".to_owned(),
-        version: "0.1.0+rows1".to_owned(),
+        version: "0.1.0+rows2".to_owned(),
         commit: "0123abcd".to_owned(),
     }
 }

@@ -25,7 +25,8 @@ const KD_STEPS: Count = Count { name: "kd-tree visits and list walks (replayed)"
 const SQUARES: Count = Count { name: "triangles squared", unit: "triangle²", of: |s| Some(s.triangles.powi(2)) };
 const CUBES: Count = Count { name: "triangles cubed", unit: "triangle³", of: |s| Some(s.triangles.powi(3)) };
 const LITERAL_COMBINATIONS: Count = Count { name: "combinations (closed form)", unit: "combination", of: |s| s.steps };
-const DISTANCES: Count = Count { name: "distances (closed form)", unit: "distance", of: |s| s.steps };
+const DISTANCES: Count =
+    Count { name: "distances (closed form; the chain's as counted)", unit: "distance", of: |s| s.steps };
 
 /// One algorithm's times against one count.
 #[derive(Clone, Debug)]

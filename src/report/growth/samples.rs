@@ -2,7 +2,7 @@
 
 use super::{Growth, milliseconds};
 use crate::report::printed::{self, Flag, Model};
-use crate::rows::{BuildRow, Construction, Status};
+use crate::rows::{BuildRow, Construction, Status, WorkRow};
 
 /// Whose times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -65,13 +65,22 @@ impl Growth {
         Some((row.triangles, work?))
     }
 
-    /// Combinations or distances of a literal build, in closed form; the model's where there is none.
-    fn literal_steps(&self, preset: &str, scene: &str, construction: Construction, arity: usize) -> Option<f64> {
+    /// The row about the work of a build; from the bottom up that of the binary tree.
+    fn work_of(&self, preset: &str, scene: &str, construction: Construction, arity: usize) -> Option<&WorkRow> {
         let arity = if construction == Construction::BottomUp { 2 } else { arity };
-        let row = self
-            .work
-            .iter()
-            .find(|r| r.preset == preset && r.scene == scene && r.construction == construction && r.arity == arity)?;
+        let is =
+            |r: &&WorkRow| (&*r.preset, &*r.scene, r.construction, r.arity) == (preset, scene, construction, arity);
+        self.work.iter().find(is)
+    }
+
+    /// Combinations or distances of a literal build in closed form; the chain has none.
+    fn closed_form(&self, preset: &str, scene: &str, construction: Construction, arity: usize) -> Option<f64> {
+        self.work_of(preset, scene, construction, arity)?.literal_steps
+    }
+
+    /// The same, the model's where there is none: it knows the number of triangles alone.
+    fn literal_steps(&self, preset: &str, scene: &str, construction: Construction, arity: usize) -> Option<f64> {
+        let row = self.work_of(preset, scene, construction, arity)?;
         row.literal_steps.or(Some(row.model_steps))
     }
 
@@ -123,7 +132,9 @@ impl Growth {
             arity: r.arity,
             triangles: r.triangles as f64,
             seconds: r.build_ms.unwrap_or_default() / 1e3,
-            steps: self.literal_steps(&r.preset, &r.scene, r.construction, r.arity).or_else(|| counted(r)),
+            steps: self
+                .closed_form(&r.preset, &r.scene, r.construction, r.arity)
+                .or(counted(r.combinations + r.pair_distances)),
             work: None,
             flag: Flag::Printed,
             extrapolated: false,
@@ -139,7 +150,7 @@ impl Growth {
                 arity: r.arity,
                 triangles: r.triangles as f64,
                 seconds: milliseconds(r)? / 1e3,
-                steps: r.literal_steps.or(r.model_steps),
+                steps: r.literal_steps.or(counted(r.combinations + r.pair_distances)),
                 work: None,
                 flag: Flag::Printed,
                 extrapolated: false,
@@ -153,7 +164,7 @@ fn finished(row: &BuildRow) -> bool {
     row.engine == "literal" && row.status == Status::Ok && row.build_ms.is_some_and(|ms| ms.is_finite() && ms > 0.0)
 }
 
-fn counted(row: &BuildRow) -> Option<f64> {
-    let steps = row.combinations + row.pair_distances;
+/// Steps that a literal build counted.
+fn counted(steps: u64) -> Option<f64> {
     (steps > 0).then_some(steps as f64)
 }

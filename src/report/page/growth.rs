@@ -8,7 +8,7 @@ use crate::report::growth::laws::{Law, Residual, usage};
 use crate::report::growth::samples::{CAP_SECONDS, Times};
 use crate::report::number::{grouped, padded, significant};
 use crate::report::printed::Flag;
-use crate::rows::{Construction, Status};
+use crate::rows::{Construction, ScalingRow, Status};
 use maud::{Markup, html};
 
 /// What the page tells of growth.
@@ -242,12 +242,18 @@ fn scaling(fits: &Fits, figures: &Figures) -> Markup {
         all
     });
     let of = |status| rows.iter().filter(|r| r.status == status).count();
+    let twins = rows.iter().filter(|r| r.engine == "exact").filter_map(|exact| {
+        let cell = |r: &ScalingRow| (r.scene.clone(), r.builder.clone(), r.preset.clone(), r.arity);
+        let literal = rows.iter().find(|r| r.engine == "literal" && cell(r) == cell(exact))?;
+        Some(literal.tree_hash.as_ref()? == exact.tree_hash.as_ref()?)
+    });
+    let (same, both) = twins.fold((0, 0), |(same, both), equal| (same + usize::from(equal), both + 1));
     html! {
         h2 id="scaling" { "Time and work against size" }
         p {
             "Every builder, reading and engine on scenes " code { (families.join(", ")) } " of growing size: " (of(Status::Ok)) " measured, "
-            (of(Status::Projected)) " projected, " (of(Status::Capped)) " capped, " (of(Status::Error)) " failed. Exact engines give the very trees \
-             of the literal ones; where both finished, the hashes are compared."
+            (of(Status::Projected)) " projected, " (of(Status::Capped)) " capped, " (of(Status::Error)) " failed. Where a literal and an exact \
+             engine both finished, their trees' hashes are compared: " (same) " of " (both) " are equal."
         }
         (drawing(figures, "scaling-time", "Build time against the number of triangles.", html! {
             "Build time against the number of triangles, literal engines dotted, exact ones unbroken."

@@ -1,7 +1,7 @@
 //! One search for the nearest live centre.
 //!
 //! Why no radius is too small. The rotation has integer entries and stretches by 75. With u = 2⁻⁵³, a turned coordinate
-//! is wrong by at most 5u·129·|p|, where |p| is the largest coordinate of p (129 is more than the sum of a row's
+//! is wrong by at most 5u·129·|p|, where |p| is the largest coordinate of p (129 is the greatest sum of a row's
 //! entries, 5 roundings), so a turned point by at most 75·15u·|p|. If p is within r of q, then |p| ≤ |q| + r, and the
 //! turned points are at most 75·(r + 15u·(2|q| + r)) apart: 75·(r + 64u·(|q| + r)) is more. The factor 1 + 2⁻⁴⁰, twice,
 //! is more than what the root and the square here, and the squares and sums of kiddo, are wrong by. Distances of

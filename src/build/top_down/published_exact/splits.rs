@@ -221,6 +221,8 @@ impl Search {
         let bound = bound.min(self.evenly(axis, probe) + 1);
         let mut reach = end;
         let (mut runs, mut steps) = (0, 0);
+        // What stays where a segment alone costs too much and the loop ends early.
+        self.suffix[0] = [IMPOSSIBLE; MAX_ARITY];
         for a in (0..end).rev() {
             self.fill_row(axis, a, reach);
             runs += (reach - a) as u64;
@@ -257,7 +259,7 @@ impl Search {
         probe.add(Work::BoxUnions, runs);
         probe.add(Work::DpSteps, steps);
         let cost = self.suffix[0][K - 1];
-        if reach == 0 || cost >= bound {
+        if cost >= bound {
             return None;
         }
         Some(Choice { axis, cost, ends: self.walk::<P, K>(axis, cost, probe) })
