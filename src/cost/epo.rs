@@ -11,9 +11,13 @@ use crate::bvh::Bvh;
 use crate::geom::{Aabb, Triangle};
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Triangles of one partial sum. Fixed, so that the result does not depend on the number of threads.
 const CHUNK: usize = 1024;
+
+/// The most nodes that all walks together may meet: a few seconds.
+const MOST_VISITS: u64 = 1 << 29;
 
 /// Σ over nodes n of C(n) · area((all geometry outside n's subtree) ∩ n's box) / area(all geometry), with C(n) the
 /// [`SahParams::node_cost`] at default constants. 0 for a tree that is one leaf.
@@ -22,20 +26,32 @@ const CHUNK: usize = 1024;
 /// holds is outside of all. Nothing is assumed about boxes: children may stick out of their parents, as with rule Q8.
 ///
 /// `None` when the triangles have no area, or one that is not a finite number. Time is the number of pairs of a triangle
-/// and a node whose boxes overlap: near n log n in common scenes, n² where everything overlaps everything.
+/// and a node whose boxes overlap: near n log n in common scenes, n² where everything overlaps everything. `None` too
+/// where there are more than 2²⁹ such pairs: 100,000 coincident or nested triangles would take minutes.
 pub fn epo(bvh: &Bvh, triangles: &[Triangle]) -> Option<f64> {
+    epo_within(MOST_VISITS, bvh, triangles)
+}
+
+/// [`epo`] unless more than `most` nodes are met. Whether they are does not depend on the threads: all are counted.
+fn epo_within(most: u64, bvh: &Bvh, triangles: &[Triangle]) -> Option<f64> {
     let walk = Walk::new(bvh, triangles.len())?;
+    let visits = AtomicU64::new(0);
     let partial: Vec<(Sum, Sum)> = triangles
         .par_chunks(CHUNK)
         .enumerate()
         .map_init(Vec::new, |stack, (chunk, triangles)| {
             let (mut areas, mut outside) = (Sum::default(), Sum::default());
             for (id, triangle) in (chunk * CHUNK..).zip(triangles) {
+                if visits.load(Relaxed) > most {
+                    break;
+                }
                 let triangle = Clipped::new(triangle);
                 // One without area adds nothing anywhere.
                 if triangle.area > 0.0 {
                     areas.add(triangle.area);
-                    outside.add(walk.weighted_area_outside(id, &triangle, stack));
+                    let (weighted, met) = walk.weighted_area_outside(id, &triangle, stack);
+                    visits.fetch_add(met, Relaxed);
+                    outside.add(weighted);
                 }
             }
             (areas, outside)
@@ -43,7 +59,8 @@ pub fn epo(bvh: &Bvh, triangles: &[Triangle]) -> Option<f64> {
         .collect();
     let area = partial.iter().map(|p| p.0.value()).collect::<Sum>().value();
     let outside = partial.iter().map(|p| p.1.value()).collect::<Sum>().value();
-    (area > 0.0 && area.is_finite()).then(|| outside / area)
+    let all_met = visits.into_inner() <= most;
+    (all_met && area > 0.0 && area.is_finite()).then(|| outside / area)
 }
 
 /// What the walk needs to know of a node, in one cache line.
@@ -104,13 +121,14 @@ impl<'a> Walk<'a> {
         Some(Self { bvh, stops, starts, leaves })
     }
 
-    /// Σ C(n) · area(triangle ∩ n's box) over the nodes n that do not hold the triangle.
-    fn weighted_area_outside(&self, id: usize, triangle: &Clipped, stack: &mut Vec<usize>) -> f64 {
+    /// Σ C(n) · area(triangle ∩ n's box) over the nodes n that do not hold the triangle, and how many nodes were met.
+    fn weighted_area_outside(&self, id: usize, triangle: &Clipped, stack: &mut Vec<usize>) -> (f64, u64) {
         let holders = &self.leaves[self.starts[id]..self.starts[id + 1]];
         let params = SahParams::default();
-        let mut sum = 0.0;
+        let (mut sum, mut met) = (0.0, 0);
         stack.push(0);
         while let Some(index) = stack.pop() {
+            met += 1;
             let stop = &self.stops[index];
             let holds = holders.iter().any(|leaf| stop.subtree.contains(leaf));
             if !holds {
@@ -125,7 +143,7 @@ impl<'a> Walk<'a> {
             let children = self.bvh.children(index);
             stack.extend(children.filter(|&child| overlap(&self.stops[child].hull, &triangle.aabb)));
         }
-        sum
+        (sum, met)
     }
 }
 
@@ -135,6 +153,15 @@ mod tests {
     use crate::bvh::Node;
     use crate::bvh::testing::{boxes, median_split, random_tree, soup};
     use glam::Vec3;
+
+    #[test]
+    fn too_many_overlaps_end_without_a_figure() {
+        let triangles = vec![soup(1, 1, 0.1)[0]; 64];
+        let bvh = median_split(&boxes(&triangles), 1);
+        // All 64 triangles meet all 127 nodes.
+        assert!(epo_within(64 * 127, &bvh, &triangles).is_some());
+        assert_eq!(epo_within(64 * 127 - 1, &bvh, &triangles), None);
+    }
 
     /// By definition: every node against every triangle.
     fn literal(bvh: &Bvh, triangles: &[Triangle]) -> f64 {

@@ -51,7 +51,8 @@ fn the_table_shows_the_rows_in_order() {
     assert_eq!(lines.len(), 1 + 15);
     assert_eq!(lines[1], "thesis:tiny,648,2,324,32,16,8,3.500e-7,false,12.5,12.625,2,1.9,5,5.1,ok");
     assert!(lines[15].starts_with("thesis:huge,88748,8,11093,1109,554,277,"), "{}", lines[15]);
-    for words in ["Costs in f32", "9.9 %", "+1.000 %", "−5.000 %", "+2.000 % to +2.000 %", "3.5e-7", "Synthetic CPU"] {
+    for words in ["Costs in f32", "9.9 %", "+1.000 %", "−5.000 %", "+2.000 % to +2.000 %", "3.5e-7", "Synthetic CPU"]
+    {
         assert!(page.contains(words), "the page lacks {words}");
     }
 }
