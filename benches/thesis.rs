@@ -3,7 +3,7 @@
 //! Every answer is verified once before it is timed. Rows for reports come from `bvh-lab reproduce`; this is for those
 //! who change the code and want to know what it did to its speed.
 
-use bvh_lab::build::{self, Brake, BuildOptions, Builder, Engine, Preset};
+use bvh_lab::build::{self, Brake, BuildOptions, Builder, Engine, Input, Preset};
 use bvh_lab::bvh::{Bvh, Limits, tree_hash, validate};
 use bvh_lab::geom::{Aabb, WatertightRay};
 use bvh_lab::refine::collapse;
@@ -27,14 +27,14 @@ impl Tree {
     }
 
     fn build(&self) -> Bvh {
-        (self.builder.timed)(&self.boxes, &self.options, &mut Brake::default())
+        (self.builder.timed)(Input::of_boxes(&self.boxes), &self.options, &mut Brake::default())
             .expect("thesis scenes can be built over")
     }
 
     /// A tree that is valid and comes out the same twice.
     fn verified(&self) -> Bvh {
         let bvh = self.build();
-        let limits = Limits { max_leaf: build::MAX_LEAF, q8: false };
+        let limits = Limits::default();
         validate(&bvh, &self.boxes, &limits).expect("only valid trees are timed");
         assert_eq!(tree_hash(&bvh), tree_hash(&self.build()));
         bvh

@@ -1,7 +1,7 @@
 //! How much the thesis' collapse depends on which child of a binary node comes first: average degrees at arity 8 of the
 //! same bottom-up trees as they are, with all siblings swapped, and with twenty random sibling orders.
 
-use bvh_lab::build::{self, Brake, BuildOptions};
+use bvh_lab::build::{self, Brake, BuildOptions, Input};
 use bvh_lab::bvh::Bvh;
 use bvh_lab::cost::stats;
 use bvh_lab::refine::collapse;
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let builder = build::find("bottom-up").ok_or("no such builder")?;
     for level in ["tiny", "small", "med", "large"] {
         let boxes = Scene::load(&format!("thesis:{level}"))?.boxes();
-        let bvh = (builder.timed)(&boxes, &BuildOptions::default(), &mut Brake::default())?;
+        let bvh = (builder.timed)(Input::of_boxes(&boxes), &BuildOptions::default(), &mut Brake::default())?;
         let all = swapped(&bvh, || true);
         let random: Vec<f64> = (0..20u64)
             .map(|seed| {

@@ -1,7 +1,7 @@
 //! Every builder, reading, engine and arity on every generated family at small sizes: valid trees, the same ones every time.
 
-use bvh_lab::build::{BUILDERS, Brake, BuildError, BuildOptions, Builder, Counters, Preset};
-use bvh_lab::bvh::{Bvh, Limits, tree_hash, validate};
+use bvh_lab::build::{BUILDERS, Brake, BuildError, BuildOptions, Builder, Counters, Input, Parameter, Preset};
+use bvh_lab::bvh::{Bvh, tree_hash, validate};
 use bvh_lab::geom::Aabb;
 use bvh_lab::scene::Scene;
 use bvh_lab::scene::families::FAMILIES;
@@ -10,27 +10,25 @@ use glam::Vec3;
 /// All variants, with so few candidates that a literal search over mixed planes ends soon.
 fn variants() -> impl Iterator<Item = (&'static Builder, BuildOptions)> {
     BUILDERS.iter().flat_map(|builder| {
-        builder.presets.iter().flat_map(move |&preset| {
-            builder.arities.iter().flat_map(move |&arity| {
-                let candidates = Some(if preset == Preset::Text { 5 } else { 9 });
-                let of = move |engine| BuildOptions { arity, preset, engine, candidates, ..Default::default() };
-                let switched = move |options| [true, false].map(|q8| (builder, BuildOptions { q8, ..options }));
-                builder.engines.iter().flat_map(move |&engine| switched(of(engine)))
-            })
+        builder.variants(BuildOptions::default()).into_iter().flat_map(move |options| {
+            let takes = |parameter| builder.parameters.contains(&parameter);
+            let few = if options.preset == Preset::Text { 5 } else { 9 };
+            let candidates = takes(Parameter::Candidates).then_some(few);
+            let q8 = if takes(Parameter::Q8) { &[true, false][..] } else { &[true] };
+            q8.iter().map(move |&q8| (builder, BuildOptions { candidates, q8, ..options }))
         })
     })
 }
 
 fn build((builder, options): (&Builder, BuildOptions), boxes: &[Aabb]) -> Bvh {
     let mut counters = Counters::default();
-    let bvh = (builder.counted)(boxes, &options, &mut counters)
+    let bvh = (builder.counted)(Input::of_boxes(boxes), &options, &mut counters)
         .unwrap_or_else(|e| panic!("{} {options:?}, {} triangles: {e}", builder.id, boxes.len()));
-    let q8 = builder.id == "top-down" && options.preset == Preset::Published && options.arity == 8 && options.q8;
-    if let Err(violations) = validate(&bvh, boxes, &Limits { max_leaf: 4, q8 }) {
+    if let Err(violations) = validate(&bvh, boxes, &builder.limits(&options)) {
         panic!("{} {options:?}, {} triangles: {violations}", builder.id, boxes.len());
     }
     assert!(bvh.nodes.iter().all(|n| n.is_leaf() || n.count() <= options.arity));
-    let again = (builder.timed)(boxes, &options, &mut Brake::default()).unwrap();
+    let again = (builder.timed)(Input::of_boxes(boxes), &options, &mut Brake::default()).unwrap();
     assert_eq!(tree_hash(&bvh), tree_hash(&again), "{} {options:?}", builder.id);
     bvh
 }
@@ -49,7 +47,10 @@ fn every_family_at_every_small_size() {
 #[test]
 fn nothing_to_build_over_is_an_error() {
     for (builder, options) in variants() {
-        assert_eq!((builder.timed)(&[], &options, &mut Brake::default()), Err(BuildError::NoTriangles));
+        assert_eq!(
+            (builder.timed)(Input::of_boxes(&[]), &options, &mut Brake::default()),
+            Err(BuildError::NoTriangles)
+        );
     }
 }
 
@@ -59,7 +60,10 @@ fn boxes_without_sense_are_refused_by_name() {
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let boxes = [good, Aabb::new(Vec3::splat(bad), Vec3::ONE), good];
         for (builder, options) in variants() {
-            assert_eq!((builder.timed)(&boxes, &options, &mut Brake::default()), Err(BuildError::InvalidBox(1)));
+            assert_eq!(
+                (builder.timed)(Input::of_boxes(&boxes), &options, &mut Brake::default()),
+                Err(BuildError::InvalidBox(1))
+            );
         }
     }
 }

@@ -2,6 +2,8 @@
 
 pub mod bottom_up;
 mod cost;
+mod input;
+mod options;
 mod original_kdtree;
 mod probe;
 mod registry;
@@ -10,11 +12,13 @@ mod testing;
 pub mod top_down;
 
 pub use cost::{CHILD_COST_SCALE_BITS, ChildCost};
+pub use input::Input;
+pub use options::{BuildOptions, Engine, Parameter, Preset};
 pub use original_kdtree::{Nearest, OriginalKdTree, OriginalWork};
 pub use probe::{Brake, Counters, Probe, Work};
-pub use registry::{BUILDERS, BuildOptions, Builder, Engine, Preset, find};
+pub use registry::{BUILDERS, Builder, find};
 
-/// The most triangles a leaf holds, in every tree of the thesis.
+/// The most triangles a leaf holds: in every tree of the thesis, and in others unless told otherwise.
 pub const MAX_LEAF: usize = 4;
 
 /// Why a builder returned no tree.

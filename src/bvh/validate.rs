@@ -12,12 +12,14 @@ pub struct Limits {
     /// Whether the tree comes from a builder with the thesis' rule Q8, whose nodes hold empty leaves, share triangles
     /// with their neighbours and have boxes of their own making.
     pub q8: bool,
+    /// Whether spatial splits may have put a triangle into several leaves, each with a part of it.
+    pub spatial: bool,
 }
 
 impl Default for Limits {
-    /// The thesis' leaf limit of 4, without rule Q8.
+    /// The thesis' leaf limit of 4, without rule Q8, without spatial splits.
     fn default() -> Self {
-        Self { max_leaf: 4, q8: false }
+        Self { max_leaf: 4, q8: false, spatial: false }
     }
 }
 

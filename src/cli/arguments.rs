@@ -2,6 +2,7 @@
 
 use bvh_lab::build::top_down::Costs;
 use bvh_lab::build::{self, BuildOptions, Builder, Engine, Preset};
+use bvh_lab::refine::{Collapse, Refinements};
 use bvh_lab::scene::CameraSpec;
 use bvh_lab::trace::{FirstLeafOptions, Kernel};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -100,10 +101,11 @@ pub struct ReportArguments {
 /// The tree of a command.
 #[derive(Debug, Args)]
 pub struct TreeArguments {
-    /// Builder; `bvh-lab list builders` shows them
-    #[arg(short, long, value_name = "BUILDER", default_value = "top-down", value_parser = builder)]
-    pub builder: &'static Builder,
-    /// Children per inner node: 2, 4 or 8
+    /// Builder, and what refines its tree: BUILDER[+STEP…], as in sbvh+leaves; `bvh-lab list builders` and
+    /// `list refinements` show them
+    #[arg(short, long, value_name = "BUILDER", default_value = "top-down", value_parser = recipe)]
+    pub builder: Recipe,
+    /// Children per inner node: 2, 4 or 8; modern builders also 16
     #[arg(short = 'k', long = "arity", value_name = "K", default_value = "2", value_parser = arity)]
     pub arity: usize,
     #[command(flatten)]
@@ -115,9 +117,9 @@ pub struct ReadingArguments {
     /// Reading of the thesis [default: the builder's first]
     #[arg(long)]
     pub preset: Option<PresetWord>,
-    /// How the work is done; the tree is the same
-    #[arg(long, default_value = "exact")]
-    pub engine: EngineWord,
+    /// How the thesis' builders work, the tree being the same [default: exact]
+    #[arg(long)]
+    pub engine: Option<EngineWord>,
     /// Rule Q8 of top-down `published` at arity 8; off: one child per triangle instead
     #[arg(long, default_value = "on")]
     pub q8: Switch,
@@ -127,6 +129,28 @@ pub struct ReadingArguments {
     /// Candidates per axis of a top-down search [default: 200 / arity]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub candidates: Option<u32>,
+    /// Modern builders: the most triangles in a leaf [default: 4]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub max_leaf: Option<u32>,
+    /// Bins per axis of a binned search [default: the builder's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=256))]
+    pub bins: Option<u32>,
+    /// Neighbours looked at on either side, or candidates kept for each cluster [default: the builder's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
+    pub radius: Option<u32>,
+    /// References that spatial splits may add, in percent of the triangles [default: the builder's]
+    #[arg(long, value_name = "PERCENT", value_parser = clap::value_parser!(u32).range(0..=1000))]
+    pub split_budget: Option<u32>,
+    /// How a modern builder's binary tree gets more children per node [default: optimal]
+    #[arg(long, value_name = "WAY", value_parser = collapse)]
+    pub collapse: Option<Collapse>,
+}
+
+/// A builder and the steps that refine its tree.
+#[derive(Clone, Copy, Debug)]
+pub struct Recipe {
+    pub builder: &'static Builder,
+    pub refine: Refinements,
 }
 
 #[derive(Debug, Args)]
@@ -218,8 +242,8 @@ pub struct CompareArguments {
     /// thesis:LEVEL, gen:FAMILY:TRIANGLES[:SEED], or a file
     pub scene: String,
     /// Builders [default: all]
-    #[arg(short, long, value_name = "BUILDER", value_delimiter = ',', value_parser = builder)]
-    pub builders: Vec<&'static Builder>,
+    #[arg(short, long, value_name = "BUILDER", value_delimiter = ',', value_parser = recipe)]
+    pub builders: Vec<Recipe>,
     /// Children per inner node; several compare
     #[arg(short = 'k', long = "arity", value_name = "K", value_delimiter = ',', default_value = "2", value_parser = arity)]
     pub arities: Vec<usize>,
@@ -316,6 +340,7 @@ pub enum ListWord {
     Builders,
     Kernels,
     Experiments,
+    Refinements,
 }
 
 /// What can be asked of the study: a table or figure of the thesis, or a table beyond it.
@@ -357,19 +382,44 @@ impl RayWord {
 }
 
 impl ReadingArguments {
-    /// Options of `builder` at `arity`; `preset` overrides the one asked for.
-    pub fn options(&self, builder: &Builder, arity: usize, preset: Option<Preset>) -> BuildOptions {
-        BuildOptions {
+    /// Options of `recipe` at `arity`; `preset` overrides the one asked for. An error where a word is not for this builder.
+    pub fn options(
+        &self,
+        recipe: &Recipe,
+        arity: usize,
+        preset: Option<Preset>,
+    ) -> Result<BuildOptions, build::BuildError> {
+        let Recipe { builder, refine } = *recipe;
+        let wide = |n: Option<u32>| n.map(|n| n as usize);
+        let options = BuildOptions {
             arity,
-            preset: preset.or(self.preset.map(Into::into)).unwrap_or(builder.presets[0]),
-            engine: self.engine.into(),
-            candidates: self.candidates.map(|n| n as usize),
+            preset: preset
+                .or(self.preset.map(Into::into))
+                .or(builder.presets.first().copied())
+                .unwrap_or(Preset::Published),
+            engine: self.engine.map(Into::into).or(builder.engines.first().copied()).unwrap_or(Engine::Exact),
+            candidates: wide(self.candidates),
             q8: self.q8 == Switch::On,
             costs: match self.costs {
                 CostsWord::Exact => Costs::Exact,
                 CostsWord::F32 => Costs::Single,
             },
+            max_leaf: wide(self.max_leaf),
+            bins: wide(self.bins),
+            radius: wide(self.radius),
+            split_budget: wide(self.split_budget),
+            refine,
+            collapse: self.collapse,
+        };
+        let only_of_the_thesis = |what| Err(build::BuildError::Parameter(format!("{} has no {what}", builder.id)));
+        if self.preset.is_some() && builder.presets.is_empty() {
+            return only_of_the_thesis("presets");
         }
+        if self.engine.is_some() && builder.engines.is_empty() {
+            return only_of_the_thesis("engines");
+        }
+        builder.check(&options)?;
+        Ok(options)
     }
 }
 
@@ -391,8 +441,8 @@ impl TraceArguments {
 
 impl TreeArguments {
     /// Options of the builder asked for.
-    pub fn options(&self) -> BuildOptions {
-        self.reading.options(self.builder, self.arity, None)
+    pub fn options(&self) -> Result<BuildOptions, build::BuildError> {
+        self.reading.options(&self.builder, self.arity, None)
     }
 }
 
@@ -419,7 +469,8 @@ fn arity(word: &str) -> Result<usize, String> {
         "2" => Ok(2),
         "4" => Ok(4),
         "8" => Ok(8),
-        _ => Err("2, 4 or 8 are wanted".into()),
+        "16" => Ok(16),
+        _ => Err("2, 4, 8 or 16 are wanted".into()),
     }
 }
 
@@ -432,11 +483,18 @@ fn size(word: &str) -> Result<(u32, u32), String> {
     }
 }
 
-fn builder(word: &str) -> Result<&'static Builder, String> {
-    build::find(word).ok_or_else(|| {
+fn recipe(word: &str) -> Result<Recipe, String> {
+    let (id, steps) = word.split_once('+').unwrap_or((word, ""));
+    let builder = build::find(id).ok_or_else(|| {
         let ids: Vec<_> = build::BUILDERS.iter().map(|b| b.id).collect();
         format!("there is no such builder; there are {}", ids.join(", "))
-    })
+    })?;
+    Ok(Recipe { builder, refine: steps.parse()? })
+}
+
+fn collapse(word: &str) -> Result<Collapse, String> {
+    let ids = Collapse::ALL.map(Collapse::id);
+    Collapse::ALL.into_iter().find(|c| c.id() == word).ok_or_else(|| format!("{} are wanted", ids.join(" or ")))
 }
 
 fn kernel(word: &str) -> Result<(String, Kernel), String> {

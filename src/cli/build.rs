@@ -3,7 +3,7 @@
 use super::arguments::{BuildArguments, RunArguments};
 use super::output::{json, maybe, say, spread_text};
 use super::{Failure, Outcome, off, wrong};
-use bvh_lab::build::{BuildOptions, Builder};
+use bvh_lab::build::{BuildOptions, Builder, Engine, Preset};
 use bvh_lab::cost::{SahParams, epo, sah, stats};
 use bvh_lab::lab::{BuildCell, Built, Measured, Repeats, human_seconds, measure_build, spread};
 use bvh_lab::rows::{Spread, Status};
@@ -23,9 +23,10 @@ pub struct BuildReport {
     pub triangles: usize,
     pub dropped: usize,
     pub builder: &'static str,
+    pub refine: Vec<&'static str>,
     pub arity: usize,
-    pub preset: &'static str,
-    pub engine: &'static str,
+    pub preset: Option<&'static str>,
+    pub engine: Option<&'static str>,
     pub costs: &'static str,
     pub threads: usize,
     pub status: Status,
@@ -92,8 +93,9 @@ impl BuildReport {
             dropped: scene.dropped.total(),
             builder: builder.id,
             arity: options.arity,
-            preset: options.preset.id(),
-            engine: options.engine.id(),
+            refine: options.refine.iter().map(|step| step.id).collect(),
+            preset: builder.preset(options).map(Preset::id),
+            engine: builder.engine(options).map(Engine::id),
             costs: options.costs.id(),
             threads: builder.threads(options),
             status: Status::Ok,
@@ -118,6 +120,16 @@ impl BuildReport {
         }
     }
 
+    /// Builder, steps and, where it has any, its reading, engine and f32 costs.
+    pub fn made_by(&self) -> String {
+        let costs = (self.costs != "exact").then(|| format!("{} costs", self.costs));
+        let reading = [self.preset.map(Into::into), self.engine.map(Into::into), costs];
+        let reading: Vec<String> = reading.into_iter().flatten().collect();
+        let steps: String = self.refine.iter().map(|id| format!("+{id}")).collect();
+        let builder = format!("{}{steps}", self.builder);
+        if reading.is_empty() { builder } else { format!("{builder} ({})", reading.join(", ")) }
+    }
+
     /// Build time in words: measured, projected or capped.
     pub fn time(&self) -> String {
         match (&self.build_ms, self.projected_ms) {
@@ -131,12 +143,11 @@ impl BuildReport {
 /// Runs the command.
 pub fn run(a: &BuildArguments) -> Outcome {
     set_threads(&a.run)?;
-    let options = a.tree.options();
-    a.tree.builder.check(&options).map_err(off)?;
+    let options = a.tree.options().map_err(off)?;
     let scene = load(&a.scene)?;
     let in_this_process = a.cold && a.run.runs == Some(1);
     let cell = BuildCell {
-        builder: a.tree.builder,
+        builder: a.tree.builder.builder,
         options,
         budget: a.budget,
         repeats: Repeats { cold: in_this_process, ..repeats(&a.run) },
@@ -233,12 +244,7 @@ fn text(r: &BuildReport) -> String {
     let count = |n: Option<usize>| n.map_or_else(|| "–".into(), |n| n.to_string());
     let mut lines = vec![
         format!("{}: {} triangles ({} dropped)", r.scene, r.triangles, r.dropped),
-        match r.costs {
-            "exact" => format!("builder     {} ({}, {}), arity {}", r.builder, r.preset, r.engine, r.arity),
-            costs => {
-                format!("builder     {} ({}, {}, {costs} costs), arity {}", r.builder, r.preset, r.engine, r.arity)
-            }
-        },
+        format!("builder     {}, arity {}", r.made_by(), r.arity),
         match &r.build_ms {
             Some(ms) => format!("build       {}", spread_text(ms, "ms")),
             None => format!("build       {}", r.time()),

@@ -1,12 +1,13 @@
 //! `bvh-lab compare`: builders side by side on one scene.
 
-use super::arguments::CompareArguments;
+use super::arguments::{CompareArguments, Recipe};
 use super::build::{BuildReport, load, repeats, set_threads};
 use super::output::{json, maybe, say, table};
 use super::trace::{Measured, measure};
 use super::{Outcome, off};
 use bvh_lab::build::{BUILDERS, BuildOptions, Builder, Preset};
 use bvh_lab::lab::BuildCell;
+use bvh_lab::refine::Refinements;
 use bvh_lab::rows::Spread;
 use bvh_lab::trace::{Batch, Kernel, Query, primary_rays};
 use serde::Serialize;
@@ -30,9 +31,9 @@ pub fn run(a: &CompareArguments) -> Outcome {
     let scene = load(&a.scene)?;
     let rays = primary_rays(&scene.camera, a.size.0, a.size.1);
     let mut entries = Vec::new();
-    for (builder, preset, arity) in variants {
-        eprintln!("bvh-lab: {} {} arity {arity} …", builder.id, preset.id());
-        let options = BuildOptions { arity, preset, engine: a.engine.into(), ..BuildOptions::default() };
+    for (builder, options) in variants {
+        let preset = builder.preset(&options).map_or("", Preset::id);
+        eprintln!("bvh-lab: {}{} {preset} arity {} …", builder.id, options.refine, options.arity);
         let cell = BuildCell { builder, options, budget: Some(a.budget), repeats: repeats(&a.run) };
         let (build, built) = BuildReport::measure(&scene, &cell)?;
         let traced: Option<Measured> = match &built {
@@ -59,10 +60,10 @@ pub fn run(a: &CompareArguments) -> Outcome {
     }
     let reference = entries.iter().find(|e| e.build.q8_hidden == Some(0)).and_then(|e| e.hit_hash.clone());
     for e in entries.iter().filter(|e| e.hit_hash.is_some() && e.hit_hash != reference) {
-        let (builder, preset, k) = (e.build.builder, e.build.preset, e.build.arity);
+        let (made_by, k) = (e.build.made_by(), e.build.arity);
         let hidden = e.build.q8_hidden.unwrap_or(0);
         eprintln!(
-            "bvh-lab: {builder} {preset} arity {k}: rays hit something else than with the others ({hidden} triangles are hidden by rule Q8)"
+            "bvh-lab: {made_by} arity {k}: rays hit something else than with the others ({hidden} triangles are hidden by rule Q8)"
         );
     }
     if a.run.json {
@@ -80,29 +81,39 @@ pub fn run(a: &CompareArguments) -> Outcome {
 }
 
 /// Builders × readings × arities.
-fn variants(a: &CompareArguments) -> Result<Vec<(&'static Builder, Preset, usize)>, super::Failure> {
-    let builders: Vec<&'static Builder> =
-        if a.builders.is_empty() { BUILDERS.iter().collect() } else { a.builders.clone() };
+fn variants(a: &CompareArguments) -> Result<Vec<(&'static Builder, BuildOptions)>, super::Failure> {
+    let recipes = if a.builders.is_empty() {
+        BUILDERS.iter().map(|builder| Recipe { builder, refine: Refinements::default() }).collect()
+    } else {
+        a.builders.clone()
+    };
     let asked: Vec<Preset> = a.preset.iter().map(|&p| p.into()).collect();
     let mut all = Vec::new();
-    for builder in builders {
-        for &preset in builder.presets.iter().filter(|p| asked.is_empty() || asked.contains(p)) {
-            all.extend(a.arities.iter().map(|&arity| (builder, preset, arity)));
+    for Recipe { builder, refine } in recipes {
+        let options = BuildOptions { refine, ..BuildOptions::default() };
+        for arity in &a.arities {
+            let wanted = builder.variants(options).into_iter().filter(|o| {
+                o.arity == *arity
+                    && builder.engine(o).is_none_or(|engine| engine == a.engine.into())
+                    && builder.preset(o).is_none_or(|preset| asked.is_empty() || asked.contains(&preset))
+            });
+            all.extend(wanted.map(|options| (builder, options)));
         }
     }
+    all.iter().try_for_each(|(builder, options)| builder.check(options)).map_err(off)?;
     if all.is_empty() {
-        return Err(off("none of these builders has this preset; `bvh-lab list builders` shows which have what"));
+        return Err(off(
+            "none of these builders has this preset and arity; `bvh-lab list builders` shows which have what",
+        ));
     }
     Ok(all)
 }
 
 fn text(scene: &str, triangles: usize, entries: &[Entry]) -> String {
-    let header =
-        ["builder", "preset", "k", "build", "SAH", "EPO", "nodes/ray", "boxes/ray", "tris/ray", "MRays/s", "kB"];
+    let header = ["builder", "k", "build", "SAH", "EPO", "nodes/ray", "boxes/ray", "tris/ray", "MRays/s", "kB"];
     let rows = entries.iter().map(|e| {
         vec![
-            e.build.builder.into(),
-            e.build.preset.into(),
+            e.build.made_by(),
             e.build.arity.to_string(),
             e.build.time(),
             maybe(e.build.sah),
@@ -114,5 +125,5 @@ fn text(scene: &str, triangles: usize, entries: &[Entry]) -> String {
             e.build.bytes.map_or_else(|| "–".into(), |b| (b / 1000).to_string()),
         ]
     });
-    format!("{scene}: {triangles} triangles\n{}", table(&header, 2, rows))
+    format!("{scene}: {triangles} triangles\n{}", table(&header, 1, rows))
 }

@@ -4,6 +4,7 @@ use super::Outcome;
 use super::arguments::{ListArguments, ListWord};
 use super::output::{json, say};
 use bvh_lab::build::{BUILDERS, Builder};
+use bvh_lab::refine::STEPS;
 use bvh_lab::scene::families::FAMILIES;
 use bvh_lab::scene::thesis;
 use bvh_lab::trace::KERNELS;
@@ -25,6 +26,7 @@ struct Offers {
     presets: Vec<&'static str>,
     engines: Vec<&'static str>,
     arities: &'static [usize],
+    parameters: Vec<&'static str>,
 }
 
 /// Runs the command.
@@ -34,6 +36,7 @@ pub fn run(a: &ListArguments) -> Outcome {
         ListWord::Builders => builders(),
         ListWord::Kernels => kernels(),
         ListWord::Experiments => experiments(),
+        ListWord::Refinements => refinements(),
     };
     if a.json {
         return json(&entries);
@@ -63,10 +66,15 @@ fn builders() -> Vec<Entry> {
             presets: b.presets.iter().map(|p| p.id()).collect(),
             engines: b.engines.iter().map(|e| e.id()).collect(),
             arities: b.arities,
+            parameters: b.parameters.iter().map(|p| p.flag()).collect(),
         };
         let arities: Vec<_> = b.arities.iter().map(ToString::to_string).collect();
-        let (presets, engines, arities) = (offers.presets.join(", "), offers.engines.join(", "), arities.join(", "));
-        let summary = format!("{}; presets {presets}; engines {engines}; arity {arities}", b.summary);
+        let mut summary = b.summary.to_owned();
+        let lists = [("presets", offers.presets.join(", ")), ("engines", offers.engines.join(", "))];
+        let lists = lists.into_iter().chain([("arity", arities.join(", ")), ("takes", offers.parameters.join(" "))]);
+        for (what, list) in lists.filter(|(_, list)| !list.is_empty()) {
+            summary += &format!("; {what} {list}");
+        }
         Entry { offers: Some(offers), ..entry(b.id, b.paper, summary) }
     };
     BUILDERS.iter().map(one).collect()
@@ -74,6 +82,10 @@ fn builders() -> Vec<Entry> {
 
 fn kernels() -> Vec<Entry> {
     KERNELS.iter().map(|k| entry(k.id, k.paper, k.summary)).collect()
+}
+
+fn refinements() -> Vec<Entry> {
+    STEPS.iter().map(|s| entry(format!("+{}", s.id), s.paper, s.summary)).collect()
 }
 
 fn experiments() -> Vec<Entry> {

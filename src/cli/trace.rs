@@ -4,7 +4,7 @@ use super::arguments::{RayWord, TraceArguments, TreeArguments};
 use super::build::{load, repeats, set_threads};
 use super::output::{json, say, short, spread_text};
 use super::{Failure, Outcome, off, wrong};
-use bvh_lab::build::Brake;
+use bvh_lab::build::{Brake, Engine, Input, Preset};
 use bvh_lab::bvh::{Bvh, tree_hash};
 use bvh_lab::geom::Ray;
 use bvh_lab::lab::{Repeats, repeat};
@@ -26,8 +26,9 @@ struct TraceReport {
     dropped: usize,
     builder: &'static str,
     arity: usize,
-    preset: &'static str,
-    engine: &'static str,
+    refine: String,
+    preset: Option<&'static str>,
+    engine: Option<&'static str>,
     tree_hash: String,
     threads: usize,
     kernel: String,
@@ -88,9 +89,9 @@ pub fn measure(batch: &Batch, repeats: &Repeats) -> Result<Measured, Failure> {
 
 /// Builds the tree that a command asks for, without measuring.
 pub fn tree(scene: &Scene, a: &TreeArguments) -> Result<Bvh, Failure> {
-    let options = a.options();
-    a.builder.check(&options).map_err(off)?;
-    (a.builder.timed)(&scene.boxes(), &options, &mut Brake::default()).map_err(wrong)
+    let options = a.options().map_err(off)?;
+    (a.builder.builder.timed)(Input::of_triangles(&scene.triangles, &scene.boxes()), &options, &mut Brake::default())
+        .map_err(wrong)
 }
 
 fn rays(a: &TraceArguments, scene: &Scene, bvh: &Bvh) -> Result<Vec<Ray>, Failure> {
@@ -108,8 +109,8 @@ fn rays(a: &TraceArguments, scene: &Scene, bvh: &Bvh) -> Result<Vec<Ray>, Failur
 /// Runs the command.
 pub fn run(a: &TraceArguments) -> Outcome {
     set_threads(&a.run)?;
-    let options = a.tree.options();
-    a.tree.builder.check(&options).map_err(off)?;
+    let options = a.tree.options().map_err(off)?;
+    let builder = a.tree.builder.builder;
     let kernel = a.kernel().map_err(off)?;
     let scene = load(&a.scene)?;
     let bvh = tree(&scene, &a.tree)?;
@@ -135,10 +136,11 @@ pub fn run(a: &TraceArguments) -> Outcome {
         scene: scene.name.clone(),
         triangles: scene.triangles.len(),
         dropped: scene.dropped.total(),
-        builder: a.tree.builder.id,
+        builder: builder.id,
+        refine: options.refine.to_string(),
         arity: options.arity,
-        preset: options.preset.id(),
-        engine: options.engine.id(),
+        preset: builder.preset(&options).map(Preset::id),
+        engine: builder.engine(&options).map(Engine::id),
         tree_hash: tree_hash(&bvh).to_string(),
         threads: rayon::current_num_threads(),
         kernel: a.kernel.0.clone(),
@@ -159,9 +161,10 @@ pub fn run(a: &TraceArguments) -> Outcome {
 
 fn text(r: &TraceReport) -> String {
     let per_ray = |x: Option<f64>| x.map_or_else(|| "–".into(), short);
+    let reading = r.preset.zip(r.engine).map_or_else(String::new, |(preset, engine)| format!(" ({preset}, {engine})"));
     [
         format!("{}: {} triangles ({} dropped)", r.scene, r.triangles, r.dropped),
-        format!("tree        {} ({}, {}), arity {}", r.builder, r.preset, r.engine, r.arity),
+        format!("tree        {}{}{reading}, arity {}", r.builder, r.refine, r.arity),
         format!("kernel      {}, {} {} rays, {} threads", r.kernel, r.rays, r.ray_kind, r.threads),
         format!("speed       {}", spread_text(&r.mrays_per_s, "MRays/s")),
         format!("hits        {} ({})", r.hits, r.hit_hash),

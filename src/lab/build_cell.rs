@@ -2,8 +2,8 @@
 
 use super::measure::{Repeats, repeat};
 use super::projection::Model;
-use crate::build::{Brake, BuildError, BuildOptions, Builder, Counters, Engine, MAX_LEAF, Preset, Unfinished, Work};
-use crate::bvh::{Bvh, Coverage, Limits, TreeHash, tree_hash, validate};
+use crate::build::{Brake, BuildError, BuildOptions, Builder, Counters, Engine, Input, Unfinished, Work};
+use crate::bvh::{Bvh, Coverage, TreeHash, tree_hash, validate};
 use crate::geom::{Aabb, Triangle};
 use crate::rows::{Construction, Spread};
 use std::time::{Duration, Instant};
@@ -63,7 +63,7 @@ pub(super) fn measure_uncounted(triangles: &[Triangle], cell: &BuildCell) -> Mea
     let build = |brake: &mut Brake| {
         // Boxes are part of the build: it starts from triangles.
         let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
-        (cell.builder.timed)(&boxes, &cell.options, brake)
+        (cell.builder.timed)(Input::of_triangles(triangles, &boxes), &cell.options, brake)
     };
     let begin = Instant::now();
     // A budget that the clock cannot hold is no limit.
@@ -76,7 +76,7 @@ pub(super) fn measure_uncounted(triangles: &[Triangle], cell: &BuildCell) -> Mea
         Err(e) => return Measured::Failed(e.to_string()),
     };
     let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
-    let coverage = match validate(&bvh, &boxes, &limits(cell)) {
+    let coverage = match validate(&bvh, &boxes, &cell.builder.limits(&cell.options)) {
         Ok(coverage) => coverage,
         Err(violations) => return Measured::Failed(violations.to_string()),
     };
@@ -95,7 +95,7 @@ pub(super) fn measure_uncounted(triangles: &[Triangle], cell: &BuildCell) -> Mea
 /// Builds once more, counts, and checks that it is the same tree.
 fn counted(triangles: &[Triangle], cell: &BuildCell, mut built: Box<Built>) -> Measured {
     let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
-    match (cell.builder.counted)(&boxes, &cell.options, &mut built.counters) {
+    match (cell.builder.counted)(Input::of_triangles(triangles, &boxes), &cell.options, &mut built.counters) {
         Ok(again) if tree_hash(&again) == built.hash => {}
         Ok(_) => return Measured::Failed("two builds of the same triangles gave different trees".into()),
         Err(e) => return Measured::Failed(e.to_string()),
@@ -104,14 +104,6 @@ fn counted(triangles: &[Triangle], cell: &BuildCell, mut built: Box<Built>) -> M
         return Measured::Failed("the builder counts other nodes of rule Q8 than the tree holds".into());
     }
     Measured::Ok(built)
-}
-
-/// What the validation demands of this cell's tree.
-fn limits(cell: &BuildCell) -> Limits {
-    let o = &cell.options;
-    let q8 = construction(cell.builder) == Some(Construction::TopDown)
-        && (o.preset, o.arity, o.q8) == (Preset::Published, 8, true);
-    Limits { max_leaf: MAX_LEAF, q8 }
 }
 
 /// The thesis' construction that a builder is, if it is one.

@@ -70,7 +70,7 @@ fn sum(bvh: &Bvh, combinations: impl Fn(usize, usize) -> u64) -> LiteralWork {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::{self, Counters, Engine, Work};
+    use crate::build::{self, Counters, Engine, Input, Work};
     use crate::scene::Scene;
 
     #[test]
@@ -91,7 +91,7 @@ mod tests {
                         continue;
                     }
                     let mut counters = Counters::default();
-                    let bvh = (builder.counted)(&boxes, &options, &mut counters).unwrap();
+                    let bvh = (builder.counted)(Input::of_boxes(&boxes), &options, &mut counters).unwrap();
                     let Some(work) = literal_work(&bvh, construction, &options) else {
                         assert_eq!((id, preset), ("bottom-up", Preset::Published));
                         continue;

@@ -4,7 +4,7 @@ use super::machine::{commit, machine, version};
 use super::study::{Study, StudyError, Watch};
 use super::trace_cell::Stage;
 use crate::build::top_down::{Published, published_decisions};
-use crate::build::{Brake, BuildError, MAX_LEAF, Preset};
+use crate::build::{Brake, BuildError, Preset};
 use crate::bvh::{Bvh, Limits, tree_hash, validate};
 use crate::cost::{SahParams, epo, sah};
 use crate::geom::{Aabb, Triangle};
@@ -156,7 +156,7 @@ fn settled(known: &DecisionRow, wanted: &DecisionRow) -> bool {
 
 /// Verifies a tree, then takes its figures.
 fn worth(bvh: &Bvh, stage: &Stage, boxes: &[Aabb]) -> Result<Worth, Unmeasured> {
-    let limits = Limits { max_leaf: MAX_LEAF, q8: bvh.arity == 8 };
+    let limits = Limits { q8: bvh.arity == 8, ..Limits::default() };
     let coverage = validate(bvh, boxes, &limits).map_err(|v| Unmeasured::Wrong(v.to_string()))?;
     if coverage.hidden == 0 {
         stage.verify(bvh).map_err(Unmeasured::Wrong)?;

@@ -6,7 +6,7 @@ use super::measure::Repeats;
 use super::projection::Model;
 use super::text::human_seconds;
 use super::trace_cell::Stage;
-use crate::build::{self, Brake, BuildOptions, Builder, Engine, Preset, Work};
+use crate::build::{self, Brake, BuildOptions, Builder, Engine, Input, Preset, Work};
 use crate::bvh::{Bvh, tree_hash};
 use crate::cost::{SahParams, epo, sah, stats};
 use crate::geom::Triangle;
@@ -122,7 +122,7 @@ impl Job<'_> {
     /// The tree of a row measured by an earlier run; `None` if it does not come out the same.
     pub fn rebuild(&self, stage: &Stage, row: &BuildRow) -> Option<Bvh> {
         let boxes: Vec<_> = stage.triangles.iter().map(Triangle::aabb).collect();
-        let bvh = (self.builder().timed)(&boxes, &self.options(), &mut Brake::default()).ok()?;
+        let bvh = (self.builder().timed)(Input::of_boxes(&boxes), &self.options(), &mut Brake::default()).ok()?;
         (row.tree_hash.as_deref() == Some(tree_hash(&bvh).to_string().as_str())).then_some(bvh)
     }
 

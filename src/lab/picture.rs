@@ -1,6 +1,6 @@
 //! Figure 3: the thesis' largest scene, rendered once and kept beside the rows.
 
-use crate::build::{self, BuildOptions, Counters};
+use crate::build::{self, BuildOptions, Counters, Input};
 use crate::rows::{RowError, write_whole};
 use crate::scene::{Scene, SceneError, smooth_normals};
 use crate::trace::{RenderOptions, render, upright};
@@ -45,7 +45,7 @@ pub fn figure3(rows: &Path) -> Result<(), PictureError> {
     std::fs::create_dir_all(rows).map_err(|source| RowError::Io { what: "create", path: rows.into(), source })?;
     let scene = Scene::load(SCENE)?;
     let builder = build::find("top-down").expect("it is registered");
-    let bvh = (builder.counted)(&scene.boxes(), &BuildOptions::default(), &mut Counters::default())?;
+    let bvh = (builder.counted)(Input::of_boxes(&scene.boxes()), &BuildOptions::default(), &mut Counters::default())?;
     let options = RenderOptions { width: 900, height: 900, samples: 3, ..RenderOptions::default() };
     let picture = render(&scene, &smooth_normals(&scene), &bvh, &upright(&scene.camera), &options);
     let mut png = Vec::new();

@@ -14,7 +14,7 @@ use super::measure::{Repeats, repeat};
 use super::projection::Model;
 use super::study::{StudyError, Watch};
 use super::work::WorkStudy;
-use crate::build::{BUILDERS, BuildOptions, Builder, Engine, MAX_LEAF, Preset, Work};
+use crate::build::{BUILDERS, BuildOptions, Builder, Engine, Input, Preset, Work};
 use crate::bvh::{Bvh, Limits, tree_hash, validate};
 use crate::geom::{Aabb, Triangle};
 use crate::refine::collapse;
@@ -225,7 +225,7 @@ impl ScalingStudy {
         let one = |arity| {
             let mut row = self.empty_collapse(job, subject, arity);
             let wide = collapse(binary, arity);
-            if let Err(why) = validate(&wide, &boxes, &Limits { max_leaf: MAX_LEAF, q8: false }) {
+            if let Err(why) = validate(&wide, &boxes, &Limits::default()) {
                 (row.status, row.note) = (Status::Error, why.to_string());
                 return row;
             }
@@ -263,13 +263,14 @@ impl Job {
 
     fn build(&self, triangles: &[Triangle]) -> Option<Bvh> {
         let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
-        (self.builder.timed)(&boxes, &self.options, &mut crate::build::Brake::default()).ok()
+        (self.builder.timed)(Input::of_triangles(triangles, &boxes), &self.options, &mut crate::build::Brake::default())
+            .ok()
     }
 
     fn empty_row(&self, study: &ScalingStudy, subject: &Subject) -> ScalingRow {
         let n = subject.triangles.len();
         // What a builder shares between threads it would share between those of the study's pool.
-        let parallel = self.builder.parallel.contains(&(self.options.preset, self.options.engine));
+        let parallel = (self.builder.parallel)(&self.options);
         ScalingRow {
             scene: subject.name.clone(),
             family: format!("gen:{}", study.family),

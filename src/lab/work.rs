@@ -7,7 +7,7 @@ use super::projection::Model;
 use super::replay::sampled_work;
 use super::scaling::triangles_hash;
 use super::study::StudyError;
-use crate::build::{self, Brake, BuildOptions, Builder, Preset};
+use crate::build::{self, Brake, BuildOptions, Builder, Input, Preset};
 use crate::bvh::{Bvh, tree_hash};
 use crate::geom::Aabb;
 use crate::rows::{Construction, Row, RowFile, WorkRow};
@@ -94,7 +94,7 @@ impl WorkStudy<'_> {
     fn tree(&self, builder: &Builder, options: BuildOptions, boxes: &[Aabb]) -> Option<Bvh> {
         builder.engines.iter().find_map(|&engine| {
             let mut brake = Brake::new(Instant::now().checked_add(self.budget));
-            (builder.timed)(boxes, &BuildOptions { engine, ..options }, &mut brake).ok()
+            (builder.timed)(Input::of_boxes(boxes), &BuildOptions { engine, ..options }, &mut brake).ok()
         })
     }
 

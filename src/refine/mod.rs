@@ -1,5 +1,139 @@
-//! Refinement: from a tree to a tree.
+//! Refinement: from a tree to a tree. Each step is one file and one entry of [`STEPS`].
 
 mod collapse;
+mod leaves;
 
 pub use collapse::collapse;
+pub use leaves::open_leaves;
+
+use crate::bvh::Bvh;
+use std::str::FromStr;
+
+/// A step that makes a binary tree better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// [`open_leaves`].
+    Leaves,
+}
+
+/// What a step is called, where it comes from, and the code.
+#[derive(Clone, Copy, Debug)]
+pub struct StepInfo {
+    /// Its id on the command line: `-b BUILDER+ID`.
+    pub id: &'static str,
+    /// The step.
+    pub step: Step,
+    /// The publication it comes from.
+    pub paper: &'static str,
+    /// What it does, in one line.
+    pub summary: &'static str,
+    /// From a valid binary tree, and the most triangles that a leaf may hold, to a valid binary tree.
+    pub apply: fn(&Bvh, usize) -> Bvh,
+}
+
+/// All steps.
+pub const STEPS: &[StepInfo] = &[StepInfo {
+    id: "leaves",
+    step: Step::Leaves,
+    paper: "MacDonald and Booth 1990",
+    summary: "subtrees become leaves where that lowers the cost; last of every other step, too",
+    apply: open_leaves,
+}];
+
+/// Steps in the order in which they are taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Refinements([Option<Step>; Refinements::MOST]);
+
+impl Refinements {
+    /// The most steps that one build takes.
+    pub const MOST: usize = 4;
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0[0].is_none()
+    }
+
+    /// The steps.
+    pub fn iter(&self) -> impl Iterator<Item = &'static StepInfo> + '_ {
+        self.0.iter().flatten().map(|step| {
+            STEPS.iter().find(|info| info.step == *step).expect("every step has its entry") // by `every_step_is_registered`
+        })
+    }
+
+    /// Takes the steps, then [`open_leaves`] if it was not the last of them.
+    pub fn apply(&self, bvh: Bvh, max_leaf: usize) -> Bvh {
+        let refined = self.iter().fold(bvh, |bvh, info| (info.apply)(&bvh, max_leaf));
+        match self.iter().last() {
+            Some(info) if info.step != Step::Leaves => open_leaves(&refined, max_leaf),
+            _ => refined,
+        }
+    }
+}
+
+impl std::fmt::Display for Refinements {
+    /// `+id` for each step: what the command line takes behind a builder's id.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.iter().try_for_each(|info| write!(f, "+{}", info.id))
+    }
+}
+
+impl FromStr for Refinements {
+    type Err = String;
+
+    /// Ids of steps with a plus sign between them; nothing is no step.
+    fn from_str(words: &str) -> Result<Self, String> {
+        let mut steps = [None; Self::MOST];
+        for (i, id) in words.split('+').filter(|_| !words.is_empty()).enumerate() {
+            let known = || STEPS.iter().map(|s| s.id).collect::<Vec<_>>().join(", ");
+            let info = STEPS.iter().find(|s| s.id == id);
+            let info = info.ok_or_else(|| format!("there is no step {id}; there are {}", known()))?;
+            let place = steps.get_mut(i).ok_or_else(|| format!("{} steps are the most", Self::MOST))?;
+            *place = Some(info.step);
+        }
+        Ok(Self(steps))
+    }
+}
+
+/// How a binary tree becomes one of higher arity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Collapse {
+    /// [`collapse`], the thesis': wherever there is room.
+    Thesis,
+}
+
+impl Collapse {
+    /// All ways.
+    pub const ALL: [Self; 1] = [Self::Thesis];
+
+    /// Its name on the command line and in rows.
+    pub const fn id(self) -> &'static str {
+        match self {
+            Self::Thesis => "thesis",
+        }
+    }
+
+    /// From a binary tree to one of arity at most `arity`.
+    pub fn apply(self, bvh: &Bvh, arity: usize) -> Bvh {
+        match self {
+            Self::Thesis => collapse(bvh, arity),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_step_is_registered_and_read_back() {
+        for info in STEPS {
+            let one: Refinements = info.id.parse().unwrap();
+            assert_eq!(one.iter().map(|i| i.id).collect::<Vec<_>>(), [info.id]);
+            let two: Refinements = format!("{0}+{0}", info.id).parse().unwrap();
+            assert_eq!(two.to_string(), format!("+{0}+{0}", info.id));
+        }
+        assert!("".parse::<Refinements>().unwrap().is_empty());
+        assert!("none".parse::<Refinements>().is_err());
+        assert!("leaves+leaves+leaves+leaves+leaves".parse::<Refinements>().is_err());
+    }
+}

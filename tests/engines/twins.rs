@@ -1,6 +1,6 @@
 //! What is compared: builds of both engines, held against each other node by node.
 
-use bvh_lab::build::{BUILDERS, Brake, BuildOptions, Builder, Counters, Engine, Preset};
+use bvh_lab::build::{BUILDERS, Brake, BuildOptions, Builder, Counters, Engine, Input, Preset};
 use bvh_lab::bvh::{Bvh, tree_hash};
 use bvh_lab::geom::Aabb;
 use bvh_lab::scene::Scene;
@@ -39,7 +39,8 @@ pub fn boxes(scene: &str) -> Vec<Aabb> {
 /// One engine's tree; the counted build must give the timed one's.
 pub fn build((builder, options): &Variant, engine: Engine, boxes: &[Aabb]) -> Result<Bvh, String> {
     let options = BuildOptions { engine, ..*options };
-    (builder.timed)(boxes, &options, &mut Brake::default()).map_err(|e| format!("{} {options:?}: {e}", builder.id))
+    (builder.timed)(Input::of_boxes(boxes), &options, &mut Brake::default())
+        .map_err(|e| format!("{} {options:?}: {e}", builder.id))
 }
 
 /// Where two trees differ: kinds, triangles below leaves, children and their order, boxes.
@@ -92,7 +93,11 @@ impl Tally {
             return Err(format!("{id} {options:?}, {n} triangles: the hash sees a difference that the walk does not"));
         }
         let mut counters = Counters::default();
-        let counted = (variant.0.counted)(boxes, &BuildOptions { engine: Engine::Exact, ..options }, &mut counters);
+        let counted = (variant.0.counted)(
+            Input::of_boxes(boxes),
+            &BuildOptions { engine: Engine::Exact, ..options },
+            &mut counters,
+        );
         if counted.map(|c| tree_hash(&c)) != Ok(tree_hash(&exact)) {
             return Err(format!("{id} {options:?}, {n} triangles: counting changes the exact tree"));
         }

@@ -1,7 +1,7 @@
 //! Figures of the smallest scene that any change of a tree or a traversal would move.
 
 use crate::support::{STUDY, builds, traces};
-use bvh_lab::build::{self, BuildOptions, Counters, Engine, Work};
+use bvh_lab::build::{self, BuildOptions, Counters, Engine, Input, Work};
 use bvh_lab::bvh::{Bvh, NodeKind};
 use bvh_lab::rows::{Construction, Lighting};
 use bvh_lab::scene::Scene;
@@ -97,7 +97,7 @@ fn the_literal_search_tries_every_choice_of_the_closed_form() {
     for (arity, total) in [(2, 11_973), (4, 1_447_383), (8, 222_423_234)] {
         let options = BuildOptions { arity, q8: false, engine: Engine::Literal, ..BuildOptions::default() };
         let mut counters = Counters::default();
-        let bvh = (builder.counted)(&boxes, &options, &mut counters).unwrap();
+        let bvh = (builder.counted)(Input::of_boxes(&boxes), &options, &mut counters).unwrap();
         let sizes = sizes(&bvh);
         let sum = |of: fn(u64, u64) -> u64| sizes.iter().map(|&n| of(n, arity as u64)).sum::<u64>();
         assert_eq!(counters.get(Work::Combinations), sum(choices), "arity {arity}");

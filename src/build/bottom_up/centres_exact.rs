@@ -28,7 +28,7 @@ mod tests;
 
 use super::merges::Merges;
 use super::nearest_centres::{NearestCentres, Neighbour};
-use crate::build::{BuildError, Probe, Unfinished, Work, check_boxes};
+use crate::build::{BuildError, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
 use glam::DVec3;
@@ -58,7 +58,7 @@ pub fn build<P: Probe>(boxes: &[Aabb], probe: &mut P) -> Result<Bvh, BuildError>
             return Err(BuildError::Stopped(Unfinished { pending: vec![live] }));
         }
     }
-    Ok(state.merges.into_tree(boxes))
+    Ok(state.merges.into_tree(boxes, MAX_LEAF))
 }
 
 struct State {

@@ -11,7 +11,7 @@
 
 use super::merges::Merges;
 use super::nearest_centres::{NearestCentres, Neighbour, distance_squared};
-use crate::build::{BuildError, Probe, Unfinished, Work, check_boxes};
+use crate::build::{BuildError, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
 use glam::DVec3;
@@ -25,7 +25,7 @@ pub fn build<P: Probe>(boxes: &[Aabb], probe: &mut P) -> Result<Bvh, BuildError>
     let mut live = boxes.len();
     let mut state = State::new(boxes);
     if live == 1 {
-        return Ok(state.merges.into_tree(boxes));
+        return Ok(state.merges.into_tree(boxes, MAX_LEAF));
     }
     let mut a = nearest_to_origin(boxes);
     let found = state.search(a, state.point[a as usize], None, probe);
@@ -39,7 +39,7 @@ pub fn build<P: Probe>(boxes: &[Aabb], probe: &mut P) -> Result<Bvh, BuildError>
             let (merged, centre) = state.merge(a, b, probe);
             live -= 1;
             if live == 1 {
-                return Ok(state.merges.into_tree(boxes));
+                return Ok(state.merges.into_tree(boxes, MAX_LEAF));
             }
             let found = state.search_merged(merged, centre, probe);
             (a, b, d, d_ab) = (merged, found.id, found.distance, found.distance);

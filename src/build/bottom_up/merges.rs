@@ -2,7 +2,6 @@
 //!
 //! Clusters go by handles: `0 … n − 1` are the triangles, `n + k` is what the k-th merge made.
 
-use crate::build::MAX_LEAF;
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
 
@@ -46,22 +45,23 @@ impl Merges {
     }
 
     /// The binary tree below the last cluster, siblings next to each other, in depth-first order. Clusters of at most
-    /// [`MAX_LEAF`] triangles are leaves.
+    /// `max_leaf` triangles are leaves.
     ///
     /// `boxes` are those of the triangles. All triangles must have merged into one cluster.
-    pub fn into_tree(self, boxes: &[Aabb]) -> Bvh {
+    pub fn into_tree(self, boxes: &[Aabb], max_leaf: usize) -> Bvh {
         let n = self.triangles;
         debug_assert_eq!(self.parts.len() + 1, n);
+        debug_assert!(max_leaf < usize::from(u8::MAX / 2));
         // Triangles of a merged cluster, as far as it matters for leaves.
         let mut size: Vec<u8> = Vec::with_capacity(self.parts.len());
         for parts in &self.parts {
             let of = |&handle: &u32| (handle as usize).checked_sub(n).map_or(1, |merge| size[merge]);
             let both = parts.iter().map(of).sum::<u8>();
-            size.push(both.min(MAX_LEAF as u8 + 1));
+            size.push(both.min(max_leaf as u8 + 1));
         }
         let is_leaf = |handle: u32| {
             let merge = (handle as usize).checked_sub(n);
-            merge.is_none_or(|merge| usize::from(size[merge]) <= MAX_LEAF)
+            merge.is_none_or(|merge| usize::from(size[merge]) <= max_leaf)
         };
         let mut nodes = Vec::with_capacity(n.max(1));
         nodes.push(Node::leaf(Aabb::EMPTY, 0, 0));
@@ -103,6 +103,7 @@ impl Merges {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::build::MAX_LEAF;
     use crate::build::bottom_up::clusters::{Dead, clusters};
     use crate::build::testing::scattered;
     use crate::bvh::{Limits, tree_hash, validate};
@@ -126,7 +127,7 @@ mod tests {
                 handles[i] = merges.push(handles[i], second);
             }
             let literal = live.remove(0).into_tree(&dead);
-            let tree = merges.into_tree(&boxes);
+            let tree = merges.into_tree(&boxes, MAX_LEAF);
             prop_assert!(validate(&tree, &boxes, &Limits::default()).is_ok());
             prop_assert_eq!(tree_hash(&tree), tree_hash(&literal));
         }

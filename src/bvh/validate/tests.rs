@@ -34,7 +34,7 @@ fn sound_trees_of_every_arity_pass() {
         let boxes = boxes(&soup(seed, 1 + seed as usize * 7, 0.3));
         let bvh = random_tree(seed, &boxes, arity, 4);
         for q8 in [false, true] {
-            let coverage = validate(&bvh, &boxes, &Limits { max_leaf: 4, q8 }).unwrap();
+            let coverage = validate(&bvh, &boxes, &Limits { max_leaf: 4, q8, ..Limits::default() }).unwrap();
             assert_eq!(coverage, Coverage { references: boxes.len(), ..Coverage::default() });
         }
     }
@@ -88,7 +88,7 @@ fn limits_are_kept() {
         Violation::TooManyTriangles { leaf: full, triangles: bvh.nodes[full].count(), max_leaf: 4 }
     );
     let narrow = Bvh { arity: 2, ..bvh };
-    let limits = Limits { max_leaf: 6, q8: false };
+    let limits = Limits { max_leaf: 6, q8: false, ..Limits::default() };
     let seen = validate(&narrow, &boxes, &limits).unwrap_err();
     assert_eq!(
         seen.first[0],
@@ -130,7 +130,7 @@ fn broken_leaves_are_found() {
         triangle_ids: (0..N as u32).collect(),
         arity: 99,
     };
-    let seen = validate(&greedy, &all, &Limits { max_leaf: N, q8: true }).unwrap_err();
+    let seen = validate(&greedy, &all, &Limits { max_leaf: N, q8: true, ..Limits::default() }).unwrap_err();
     assert_eq!(seen.first, [Violation::SlotsClaimed { claimed: 99 * N, slots: N }]);
 }
 
@@ -144,7 +144,7 @@ fn boxes_must_be_tight_to_the_last_bit() {
                 let mut bvh = median_split(&all, 4);
                 let old = bvh.nodes[node].aabb.max[axis];
                 bvh.nodes[node].aabb.max[axis] = f32::from_bits(old.to_bits().wrapping_add_signed(step));
-                let seen = validate(&bvh, &all, &Limits { max_leaf: 4, q8 }).unwrap_err().first;
+                let seen = validate(&bvh, &all, &Limits { max_leaf: 4, q8, ..Limits::default() }).unwrap_err().first;
                 assert!(seen.contains(&Violation::LooseBox(node)), "{node} {seen:?}");
             }
         }
@@ -216,7 +216,7 @@ fn q8_tree(seed: u64, boxes: &[Aabb]) -> (Bvh, usize) {
 
 #[test]
 fn rule_q8_is_exempt_where_it_must_be_and_nowhere_else() {
-    const Q8: Limits = Limits { max_leaf: 4, q8: true };
+    const Q8: Limits = Limits { max_leaf: 4, q8: true, spatial: false };
     let mut all_told = Coverage::default();
     for seed in 0..200 {
         let boxes = boxes(&soup(seed, 5 + seed as usize, 0.1));
@@ -261,12 +261,12 @@ fn under_q8_a_lost_or_twice_held_triangle_is_still_one_too_many() {
     let lost = bvh.triangle_ids[slot + 1];
     bvh.triangle_ids[slot + 1] = bvh.triangle_ids[slot];
     tighten(&mut bvh, &all);
-    let seen = validate(&bvh, &all, &Limits { max_leaf: 4, q8: true }).unwrap_err().first;
+    let seen = validate(&bvh, &all, &Limits { max_leaf: 4, q8: true, ..Limits::default() }).unwrap_err().first;
     let triangle = bvh.triangle_ids[slot];
     assert_eq!(seen, [Violation::Repeated { leaf, triangle }, Violation::Missing(lost as usize)]);
     let mut empty = median_split(&all, 4);
     empty.nodes[leaf].tagged_count = super::super::LEAF;
-    let seen = validate(&empty, &all, &Limits { max_leaf: 4, q8: true }).unwrap_err().first;
+    let seen = validate(&empty, &all, &Limits { max_leaf: 4, q8: true, ..Limits::default() }).unwrap_err().first;
     assert!(seen.contains(&Violation::EmptyLeaf(leaf)), "{seen:?}");
 }
 
@@ -292,7 +292,7 @@ fn garbage_never_panics() {
             triangle_ids: (0..random.below(50)).map(|_| words(&mut random)).collect(),
             arity: words(&mut random) as usize,
         };
-        let limits = Limits { max_leaf: random.below(10), q8: round % 2 == 0 };
+        let limits = Limits { max_leaf: random.below(10), q8: round % 2 == 0, spatial: false };
         assert!(validate(&garbage, &boxes, &limits).is_err());
     }
 }

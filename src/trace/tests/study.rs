@@ -1,6 +1,6 @@
 //! The thesis' study: lighting cases, both readings, and the replayed figures of nodes per pixel.
 
-use crate::build::{self, BuildOptions, Counters};
+use crate::build::{self, BuildOptions, Counters, Input};
 use crate::bvh::{Bvh, Node};
 use crate::geom::{Aabb, Triangle};
 use crate::rows::Lighting;
@@ -45,7 +45,7 @@ fn thesis_tree(id: &'static str, arity: usize) -> impl Fn(&Scene) -> Bvh {
     move |scene| {
         let options = BuildOptions { arity, ..BuildOptions::default() };
         let builder = build::find(id).unwrap();
-        (builder.counted)(&scene.boxes(), &options, &mut Counters::default()).unwrap()
+        (builder.counted)(Input::of_boxes(&scene.boxes()), &options, &mut Counters::default()).unwrap()
     }
 }
 

@@ -10,7 +10,7 @@ use super::order::{self, Live};
 use super::quad::{Entry, NOBODY};
 use super::tree::{Effort, Nearest, Stack, Tree};
 use super::{Merges, count, count_merges, stopped};
-use crate::build::{BuildError, Probe, check_boxes};
+use crate::build::{BuildError, MAX_LEAF, Probe, check_boxes};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
 use std::cmp::Reverse;
@@ -110,5 +110,5 @@ pub fn build<P: Probe>(boxes: &[Aabb], probe: &mut P) -> Result<Bvh, BuildError>
     }
     count(&clusters.effort, probe);
     count_merges(boxes, probe);
-    Ok(merges.into_tree(boxes))
+    Ok(merges.into_tree(boxes, MAX_LEAF))
 }

@@ -36,7 +36,7 @@ mod tests;
 mod tree;
 
 use super::merges::Merges;
-use crate::build::{BuildError, Probe, Unfinished, Work, check_boxes};
+use crate::build::{BuildError, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
 use chain::{Part, Place};
@@ -58,11 +58,19 @@ const BATCH: usize = 16;
 /// # Errors
 /// Boxes that [`check_boxes`] refuses, or the probe's stop.
 pub fn build<P: Probe>(boxes: &[Aabb], probe: &mut P) -> Result<Bvh, BuildError> {
-    build_spanning(boxes, FIRST_SPAN, probe)
+    build_with_leaves(boxes, MAX_LEAF, probe)
 }
 
-/// [`build`] with parts of 4^span clusters in the first phase.
-fn build_spanning<P: Probe>(boxes: &[Aabb], span: usize, probe: &mut P) -> Result<Bvh, BuildError> {
+/// [`build`], with leaves of at most `max_leaf` triangles: clusters that are no larger.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_with_leaves<P: Probe>(boxes: &[Aabb], max_leaf: usize, probe: &mut P) -> Result<Bvh, BuildError> {
+    Ok(merges_spanning(boxes, FIRST_SPAN, probe)?.into_tree(boxes, max_leaf))
+}
+
+/// The merges, with parts of 4^span clusters in the first phase.
+fn merges_spanning<P: Probe>(boxes: &[Aabb], span: usize, probe: &mut P) -> Result<Merges, BuildError> {
     check_boxes(boxes)?;
     let mut live = order::triangles(boxes);
     let mut left = Vec::new();
@@ -101,7 +109,7 @@ fn build_spanning<P: Probe>(boxes: &[Aabb], span: usize, probe: &mut P) -> Resul
         std::mem::swap(&mut live, &mut left);
     }
     count_merges(boxes, probe);
-    Ok(merges.into_tree(boxes))
+    Ok(merges)
 }
 
 /// Tells what searches did.

@@ -4,11 +4,11 @@
 use super::order::Live;
 use super::quad::Entry;
 use super::tree::{Effort, Nearest, Stack, Tree};
-use super::{FIRST_SPAN, build, build_spanning, heap};
+use super::{FIRST_SPAN, build, heap, merges_spanning};
 use crate::build::bottom_up::all_pairs_literal::{self, Distance};
 use crate::build::testing::{any_boxes, on_a_grid, scattered};
-use crate::build::{Brake, BuildError, Counters, Work};
-use crate::bvh::{Limits, TreeHash, tree_hash, validate};
+use crate::build::{Brake, BuildError, Counters, MAX_LEAF, Probe, Work};
+use crate::bvh::{Bvh, Limits, TreeHash, tree_hash, validate};
 use crate::geom::Aabb;
 use crate::scene::Scene;
 use crate::scene::families::FAMILIES;
@@ -20,6 +20,11 @@ fn literal(boxes: &[Aabb]) -> TreeHash {
 }
 
 /// The trees of both engines, with parts of different sizes, are one: its hash.
+/// [`build`] with parts of 4^`span` clusters in the first phase.
+fn build_spanning<P: Probe>(boxes: &[Aabb], span: usize, probe: &mut P) -> Result<Bvh, BuildError> {
+    Ok(merges_spanning(boxes, span, probe)?.into_tree(boxes, MAX_LEAF))
+}
+
 fn exact(boxes: &[Aabb]) -> TreeHash {
     let bvh = build(boxes, &mut ()).unwrap();
     assert!(validate(&bvh, boxes, &Limits::default()).is_ok());

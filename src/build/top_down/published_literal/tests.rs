@@ -200,7 +200,7 @@ fn rule_q8_reaches_back_into_its_left_neighbour() {
     assert!(q8 > 0, "a scene without such a node tests nothing");
     let empty = bvh.nodes.iter().filter(|n| n.is_leaf() && n.count() == 0).count();
     assert_eq!(empty as u64, 7 * q8);
-    let coverage = validate(&bvh, &boxes, &Limits { max_leaf: 4, q8: true }).unwrap();
+    let coverage = validate(&bvh, &boxes, &Limits { max_leaf: 4, q8: true, ..Limits::default() }).unwrap();
     assert!(coverage.duplicated > 0);
     assert_eq!(coverage.q8_nodes as u64, q8);
     check(&boxes, &p);

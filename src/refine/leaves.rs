@@ -1,0 +1,159 @@
+//! Leaves where the surface area heuristic wants them: subtrees that cost more than the leaf that would replace them.
+//!
+//! Source: the termination test of MacDonald and Booth 1990, taken bottom-up over a finished tree as in Bittner, Hapala and
+//! Havran 2013 ("Fast Insertion-Based Optimization of Bounding Volume Hierarchies", section 3) and Meister and Bittner
+//! 2018. With c_trav = c_isect = 1 a subtree of n triangles becomes a leaf when n ≤ `max_leaf` and area · n is not
+//! above what the best form of its subtree costs. Every subtree is decided on its own, so the outcome is the cheapest tree
+//! that can be had by turning subtrees into leaves.
+
+use crate::bvh::{Bvh, Node};
+
+/// Turns subtrees of at most `max_leaf` triangles into leaves where that does not raise the cost. Leaves that hold more
+/// already stay as they are.
+///
+/// The input is a valid tree of any arity. A triangle that stands in several leaves of a subtree (spatial splits) stands
+/// once in the leaf that replaces it, whose box is that of the subtree. The output stands in depth-first order, siblings
+/// next to each other. Time is O(nodes).
+pub fn open_leaves(bvh: &Bvh, max_leaf: usize) -> Bvh {
+    let closed = decide(bvh, max_leaf);
+    rebuild(bvh, &closed)
+}
+
+/// For every node, whether it is a leaf of the outcome (if it is reached).
+fn decide(bvh: &Bvh, max_leaf: usize) -> Vec<bool> {
+    let mut closed = vec![false; bvh.nodes.len()];
+    let mut costs = vec![0.0f64; bvh.nodes.len()];
+    let mut references = vec![0usize; bvh.nodes.len()];
+    // Children stand behind their parents.
+    for (index, node) in bvh.nodes.iter().enumerate().rev() {
+        let area = node.aabb.surface_area();
+        let as_leaf = |n: usize| area * n as f64;
+        if node.is_leaf() {
+            (references[index], costs[index], closed[index]) = (node.count(), as_leaf(node.count()), true);
+            continue;
+        }
+        let children = node.range();
+        let n = references[children.clone()].iter().sum();
+        let open = area + costs[children].iter().sum::<f64>();
+        closed[index] = n <= max_leaf && as_leaf(n) <= open;
+        references[index] = n;
+        costs[index] = if closed[index] { as_leaf(n) } else { open };
+    }
+    closed
+}
+
+fn rebuild(bvh: &Bvh, closed: &[bool]) -> Bvh {
+    let mut nodes = Vec::with_capacity(bvh.nodes.len());
+    let mut triangle_ids: Vec<u32> = Vec::with_capacity(bvh.triangle_ids.len());
+    let mut pending = Vec::new();
+    let mut below = Vec::new();
+    if let Some(root) = bvh.nodes.first() {
+        nodes.push(*root);
+        pending.push((0, 0));
+    }
+    while let Some((place, index)) = pending.pop() {
+        let node = &bvh.nodes[index];
+        let first = if closed[index] { triangle_ids.len() } else { nodes.len() };
+        if closed[index] {
+            below.push(index);
+            while let Some(index) = below.pop() {
+                below.extend(bvh.children(index).rev());
+                for &id in bvh.leaf_triangles(index) {
+                    if !triangle_ids[first..].contains(&id) {
+                        triangle_ids.push(id);
+                    }
+                }
+            }
+            nodes[place] = Node::leaf(node.aabb, first, triangle_ids.len() - first);
+        } else {
+            let children = node.range();
+            nodes[place] = Node::inner(node.aabb, first, children.len());
+            nodes.extend_from_slice(&bvh.nodes[children.clone()]);
+            let places = first..first + children.len();
+            pending.extend(places.zip(children).rev());
+        }
+    }
+    Bvh { nodes, triangle_ids, arity: bvh.arity }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::testing::{boxes, random_tree, soup};
+    use crate::bvh::{Limits, tree_hash, validate};
+    use crate::cost::{SahParams, sah};
+    use crate::geom::Aabb;
+    use glam::Vec3;
+    use proptest::prelude::*;
+
+    fn brick(x: f32) -> Aabb {
+        Aabb::new(Vec3::ZERO, Vec3::new(x, 1.0, 1.0))
+    }
+
+    #[test]
+    fn by_hand() {
+        // Three alike: 1 + 1 + … is never below a leaf of three. Inner over inner over leaves.
+        let bvh = Bvh {
+            nodes: vec![
+                Node::inner(brick(1.0), 1, 2),
+                Node::inner(brick(1.0), 3, 2),
+                Node::leaf(brick(1.0), 2, 1),
+                Node::leaf(brick(1.0), 0, 1),
+                Node::leaf(brick(1.0), 1, 1),
+            ],
+            triangle_ids: vec![7, 8, 9],
+            arity: 2,
+        };
+        let one = open_leaves(&bvh, 4);
+        assert_eq!((one.nodes.len(), one.triangle_ids), (1, vec![7, 8, 9]));
+        let two = open_leaves(&bvh, 2);
+        assert_eq!((two.nodes.len(), two.leaf_triangles(1)), (3, &[7, 8][..]));
+        assert_eq!(open_leaves(&bvh, 1).nodes.len(), 5);
+        // Small leaves in a large box are worth their node: 14 · 2 against 14 + 6 + 6.
+        let far = Bvh {
+            nodes: vec![Node::inner(brick(3.0), 1, 2), Node::leaf(brick(1.0), 0, 1), Node::leaf(brick(1.0), 1, 1)],
+            triangle_ids: vec![0, 1],
+            arity: 2,
+        };
+        assert_eq!(open_leaves(&far, 4).nodes.len(), 3);
+    }
+
+    #[test]
+    fn a_triangle_of_two_leaves_stands_once_in_their_union() {
+        let bvh = Bvh {
+            nodes: vec![Node::inner(brick(1.0), 1, 2), Node::leaf(brick(1.0), 0, 1), Node::leaf(brick(1.0), 1, 1)],
+            triangle_ids: vec![3, 3],
+            arity: 2,
+        };
+        let one = open_leaves(&bvh, 4);
+        assert_eq!((one.root().count(), one.triangle_ids), (1, vec![3]));
+    }
+
+    /// The least cost over every way of closing subtrees.
+    fn least(bvh: &Bvh, index: usize, max_leaf: usize) -> (f64, usize) {
+        let node = &bvh.nodes[index];
+        let area = node.aabb.surface_area();
+        if node.is_leaf() {
+            return (area * node.count() as f64, node.count());
+        }
+        let below: Vec<_> = node.range().map(|child| least(bvh, child, max_leaf)).collect();
+        let n = below.iter().map(|b| b.1).sum();
+        let open = area + below.iter().map(|b| b.0).sum::<f64>();
+        (if n <= max_leaf { open.min(area * n as f64) } else { open }, n)
+    }
+
+    proptest! {
+        #[test]
+        fn the_cheapest_of_all_ways(seed: u64, n in 1usize..60, arity in 2usize..5, max_leaf in 1usize..7) {
+            let boxes = boxes(&soup(seed, n, 0.4));
+            let bvh = random_tree(seed, &boxes, arity, 1);
+            let opened = open_leaves(&bvh, max_leaf);
+            let limits = Limits { max_leaf, ..Limits::default() };
+            prop_assert!(validate(&opened, &boxes, &limits).is_ok());
+            let cost = sah(&opened, SahParams::default()).unwrap() * bvh.root().aabb.surface_area();
+            let (expected, _) = least(&bvh, 0, max_leaf);
+            prop_assert!((cost - expected).abs() <= 1e-9 * expected, "{cost} {expected}");
+            prop_assert_eq!(tree_hash(&open_leaves(&bvh, 1)), tree_hash(&bvh));
+        }
+    }
+}
