@@ -30,6 +30,7 @@ pub mod refine;
 pub mod report;
 pub mod rows;
 pub mod scene;
+pub mod simd;
 pub mod trace;
 
 /// The README's Rust code, compiled and run as a test.

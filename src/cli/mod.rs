@@ -70,6 +70,9 @@ pub fn main() -> ExitCode {
 }
 
 fn run(command: Command) -> Outcome {
+    if !matches!(&command, Command::Build(a) if a.cold) {
+        bvh_lab::lab::keep_freed_memory();
+    }
     match command {
         Command::Reproduce(a) => reproduce::run(&a),
         Command::Scaling(a) => scaling::run(&a),
