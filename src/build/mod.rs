@@ -3,6 +3,8 @@
 pub mod bottom_up;
 mod cost;
 mod input;
+pub mod lbvh;
+mod morton;
 mod options;
 mod original_kdtree;
 mod probe;

@@ -30,11 +30,15 @@ pub enum Work {
     DpSteps,
     /// Entries of a search structure looked at in searches for the nearest cluster: its nodes and its clusters.
     SearchVisits,
+    /// Keys moved by a sort: each once for every digit that makes a difference.
+    KeysSorted,
+    /// Rounds in which all that are nearest to each other merge.
+    Rounds,
 }
 
 impl Work {
     /// All kinds, in the order of [`Counters`].
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Combinations,
         Self::ChildCosts,
         Self::BoxUnions,
@@ -47,6 +51,8 @@ impl Work {
         Self::Fallbacks,
         Self::DpSteps,
         Self::SearchVisits,
+        Self::KeysSorted,
+        Self::Rounds,
     ];
 
     /// Its name in rows and JSON.
@@ -64,6 +70,8 @@ impl Work {
             Self::Fallbacks => "fallbacks",
             Self::DpSteps => "dp_steps",
             Self::SearchVisits => "search_visits",
+            Self::KeysSorted => "keys_sorted",
+            Self::Rounds => "rounds",
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::pipeline::{refined, widened};
 use super::{Builder, Engine, Parameter, Preset};
 use crate::build::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
+use crate::build::lbvh::{self, Lbvh};
 use crate::build::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
 use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, Probe};
 use crate::bvh::Bvh;
@@ -52,6 +53,19 @@ pub const BUILDERS: &[Builder] = &[
         timed: agglo_local::<Brake>,
         counted: agglo_local::<Counters>,
     },
+    Builder {
+        id: "lbvh",
+        paper: "Lauterbach et al. 2009; Karras 2012; Apetrei 2014",
+        summary: "triangles along the Morton curve, split where the highest bit changes",
+        presets: &[],
+        engines: &[],
+        parameters: BINARY,
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: lbvh::<Brake>,
+        counted: lbvh::<Counters>,
+    },
 ];
 
 /// The arities of modern builders: binary, or collapsed.
@@ -90,4 +104,8 @@ fn agglo_local<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) ->
         let triangles = union_area::build_with_leaves(input.boxes, 1, probe)?;
         Ok(open_leaves(&triangles, max_leaf))
     })
+}
+
+fn lbvh<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    refined(options, |max_leaf| lbvh::build(input.boxes, &Lbvh { max_leaf }, probe))
 }
