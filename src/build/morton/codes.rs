@@ -123,11 +123,13 @@ fn codes_of(boxes: &[Aabb], grid: &Grid) -> [u64; LANES] {
         (0..3).for_each(|axis| twice[axis][lane] = centre[axis]);
     }
     let mut codes = [0; LANES];
-    for axis in 0..3 {
-        for lane in 0..LANES {
-            let cell = ((twice[axis][lane] - grid.low[axis]) * grid.scale + ROUND).to_bits() & ((1 << AXIS_BITS) - 1);
-            codes[lane] |= spread(cell) << (3 - axis);
-        }
+    let cell = |twice: f64, low: f64| ((twice - low) * grid.scale + ROUND).to_bits() & ((1 << AXIS_BITS) - 1);
+    // One loop over lanes without another inside, or they are not taken together.
+    for lane in 0..LANES {
+        let x = spread(cell(twice[0][lane], grid.low.x));
+        let y = spread(cell(twice[1][lane], grid.low.y));
+        let z = spread(cell(twice[2][lane], grid.low.z));
+        codes[lane] = x << 3 | y << 2 | z << 1;
     }
     codes
 }

@@ -104,18 +104,20 @@ impl Part<'_> {
             let run = self.items[place..].iter().take_while(|&&other| common(item, other) == 32).count();
             let after = place + run;
             let outside = self.items.get(after).copied().or(self.next).map_or(0, |next| common(item, next));
-            let mut sorted: Vec<u64> = Vec::with_capacity(run);
-            sorted.extend(
-                self.items[place..after].iter().map(|&i| u64::from(lower[i as u32 as usize]) << 32 | i & 0xffff_ffff),
-            );
+            for item in &mut self.items[place..after] {
+                *item = u64::from(lower[*item as u32 as usize]) << 32 | *item & 0xffff_ffff;
+            }
             // Ids rise within the run, so both sorts order by (lower half, id).
-            moved += if run < LONG {
-                sorted.sort_unstable();
-                run as u64
+            if run < LONG {
+                self.items[place..after].sort_unstable();
+                moved += run as u64;
             } else {
-                sort(&mut sorted, &mut Vec::new())
-            };
-            write_run(&sorted, outside as u8, &mut self.ids[place..after], &mut self.levels[place..after]);
+                let mut long = self.items[place..after].to_vec();
+                moved += sort(&mut long, &mut Vec::new());
+                self.items[place..after].copy_from_slice(&long);
+            }
+            let sorted = &self.items[place..after];
+            write_run(sorted, outside as u8, &mut self.ids[place..after], &mut self.levels[place..after]);
             place = after;
         }
         moved
@@ -134,7 +136,9 @@ fn write_run(sorted: &[u64], outside: u8, ids: &mut [MaybeUninit<u32>], levels: 
         });
         let level = sorted.get(end).map_or(outside, |&next| 32 + common(same[0], next) as u8);
         levels[end - 1].write(level);
-        halve(&mut levels[first..end]);
+        if same.len() > 1 {
+            halve(&mut levels[first..end]);
+        }
         first = end;
     }
 }
