@@ -1,5 +1,6 @@
 //! Builders: from the boxes of triangles to a tree. Plain functions; they neither time nor print.
 
+pub mod binned_sah;
 pub mod bottom_up;
 mod cost;
 mod input;
