@@ -8,6 +8,8 @@ mod options;
 mod original_kdtree;
 mod probe;
 mod registry;
+mod subtrees;
+pub mod sweep_sah;
 #[cfg(test)]
 mod testing;
 pub mod top_down;

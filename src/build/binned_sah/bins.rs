@@ -1,66 +1,64 @@
 //! The bins of the two children of a node, filled while the node is divided, and the best plane between them.
 
-use super::lanes::{Axes, Lanes, Span};
+use super::lanes::{Lanes, Span};
 use super::MOST_BINS;
+use glam::Vec4;
 
 /// Where the bins of a node lie.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Grid {
     /// Doubled centre at the lower end of bin 0.
-    low: Axes,
+    low: Vec4,
     /// Bins per doubled scene unit; 0 on an axis on which nothing can be told apart.
-    scale: Axes,
+    scale: Vec4,
     /// Index of the last bin.
-    last: f32,
+    last: Vec4,
 }
 
 impl Grid {
     /// No bins to speak of: everything falls into bin 0.
-    pub const NONE: Self = Self { low: [0.0; 4], scale: [0.0; 4], last: 0.0 };
+    pub const NONE: Self = Self { low: Vec4::ZERO, scale: Vec4::ZERO, last: Vec4::ZERO };
 
     /// `bins` bins an axis, of equal width, over `span`.
     #[inline(always)]
     pub fn over(span: &Span, bins: usize) -> Self {
-        let scale = |i: usize| {
-            let scale = bins as f32 / (span.high[i] - span.low[i]);
-            if scale > 0.0 && scale < f32::INFINITY { scale } else { 0.0 }
-        };
-        Self { low: span.low, scale: [scale(0), scale(1), scale(2), 0.0], last: (bins - 1) as f32 }
+        let scale = bins as f32 / (span.high - span.low);
+        let usable = scale.cmpgt(Vec4::ZERO) & scale.cmplt(Vec4::INFINITY);
+        Self {
+            low: span.low,
+            scale: Vec4::select(usable, scale, Vec4::ZERO),
+            last: Vec4::splat((bins - 1) as f32),
+        }
     }
 
     /// Number of bins.
     #[inline(always)]
     pub fn bins(&self) -> usize {
-        self.last as usize + 1
+        self.last.x as usize + 1
     }
 
     /// The bin of a reference on each axis.
     #[inline(always)]
     fn bins_of(&self, reference: &Lanes) -> [usize; 3] {
-        let centre = reference.centre();
-        let at: [i32; 4] = std::array::from_fn(|i| {
-            let t = (centre[i] - self.low[i]) * self.scale[i];
-            let t = if t > 0.0 { t } else { 0.0 };
-            let t = if t < self.last { t } else { self.last };
-            // SAFETY: between 0 and `last`, which is below `MOST_BINS`, and never NaN: comparisons with NaN choose 0.
-            unsafe { t.to_int_unchecked::<i32>() }
-        });
-        [at[0] as usize, at[1] as usize, at[2] as usize]
+        let at = ((reference.centre() - self.low) * self.scale).max(Vec4::ZERO).min(self.last);
+        // SAFETY: between 0 and `last`, which is below `MOST_BINS`; finite numbers make no NaN.
+        let [x, y, z, _] = at.to_array().map(|t| unsafe { t.to_int_unchecked::<i32>() });
+        [x as usize, y as usize, z as usize]
     }
 
     /// Whether a reference lies in bin `plane` or beyond.
     #[inline(always)]
     pub fn is_right(&self, reference: &Lanes, axis: usize, plane: f32) -> bool {
-        (reference.centre_on(axis) - self.low[axis & 3]) * self.scale[axis & 3] >= plane
+        (reference.centre_on(axis) - self.low.as_ref()[axis]) * self.scale.as_ref()[axis] >= plane
     }
 
     /// The parts of `span`, which the bins cover, below and above a plane.
     #[inline(always)]
     pub fn cut(&self, span: &Span, axis: usize, plane: f32) -> [Span; 2] {
-        let at = self.low[axis & 3] + plane / self.scale[axis & 3];
+        let at = self.low.as_ref()[axis] + plane / self.scale.as_ref()[axis];
         let (mut below, mut above) = (*span, *span);
-        below.high[axis & 3] = at;
-        above.low[axis & 3] = at;
+        below.high.as_mut()[axis] = at;
+        above.low.as_mut()[axis] = at;
         [below, above]
     }
 }

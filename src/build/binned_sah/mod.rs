@@ -26,6 +26,7 @@ mod small;
 #[cfg(test)]
 mod tests;
 
+use super::subtrees::append;
 use super::{BuildError, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
@@ -191,14 +192,4 @@ fn parts_of<'a>(part: Part<'a>, subtrees: &[Open]) -> Vec<Part<'a>> {
         parts.push(Part { start, arrays: [one, two], ids: slots });
     }
     parts
-}
-
-/// Puts the nodes of a subtree, of which the first is its root, into place `root` and behind the last node.
-fn append(nodes: &mut Vec<Node>, root: usize, block: &[Node]) {
-    let shift = nodes.len() - 1;
-    let moved = |node: &Node| {
-        if node.is_leaf() { *node } else { Node::inner(node.aabb, node.range().start + shift, node.count()) }
-    };
-    nodes[root] = moved(&block[0]);
-    nodes.extend(block[1..].iter().map(moved));
 }
