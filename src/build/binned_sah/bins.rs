@@ -46,10 +46,10 @@ impl Grid {
         [x as usize, y as usize, z as usize]
     }
 
-    /// Whether a reference lies in bin `plane` or beyond.
+    /// Whether a reference lies in the bin of a plane or beyond; `plane` is infinite on the other axes.
     #[inline(always)]
-    pub fn is_right(&self, reference: &Lanes, axis: usize, plane: f32) -> bool {
-        (reference.centre_on(axis) - self.low.as_ref()[axis]) * self.scale.as_ref()[axis] >= plane
+    pub fn is_right(&self, reference: &Lanes, plane: Vec4) -> bool {
+        ((reference.centre() - self.low) * self.scale).cmpge(plane).bitmask() != 0
     }
 
     /// The parts of `span`, which the bins cover, below and above a plane.
@@ -77,54 +77,65 @@ pub(super) struct Plane {
     pub boxes: [Lanes; 2],
 }
 
-/// Entries of a bin: three axes of the left child and a gap, the same of the right child.
-const ROW: usize = 8;
-const ENTRIES: usize = MOST_BINS * ROW;
+/// A bin of each axis.
+#[derive(Clone, Copy)]
+#[repr(C, align(32))]
+struct Bin {
+    boxes: [Lanes; 3],
+    counts: [u32; 8],
+}
 
-/// The bins of two nodes.
+impl Bin {
+    const EMPTY: Self = Self { boxes: [Lanes::EMPTY; 3], counts: [0; 8] };
+}
+
+/// The bins of the two children of a node.
 pub(super) struct Bins {
-    boxes: [Lanes; ENTRIES],
-    counts: [u32; ENTRIES],
+    /// Alternately of the left and of the right child.
+    bins: [Bin; 2 * MOST_BINS],
     /// Half areas above each plane of the axis that is being looked at.
     above: [f32; MOST_BINS],
+}
+
+/// Where a bin is: in bounds for the compiler, too.
+#[inline(always)]
+const fn at(side: usize, bin: usize) -> usize {
+    (2 * bin + side) % (2 * MOST_BINS)
 }
 
 impl Bins {
     /// Bins with nothing in them.
     pub fn new() -> Box<Self> {
-        Box::new(Self { boxes: [Lanes::EMPTY; ENTRIES], counts: [0; ENTRIES], above: [0.0; MOST_BINS] })
+        Box::new(Self { bins: [Bin::EMPTY; 2 * MOST_BINS], above: [0.0; MOST_BINS] })
     }
 
     /// Empties the first `bins` bins of a side.
     #[inline(always)]
     pub fn clear(&mut self, side: usize, bins: usize) {
-        for bin in 0..bins {
-            let row = (bin * ROW + side * 4) & (ENTRIES - 1);
-            for axis in 0..3 {
-                self.boxes[(row + axis) & (ENTRIES - 1)] = Lanes::EMPTY;
-                self.counts[(row + axis) & (ENTRIES - 1)] = 0;
-            }
-        }
+        (0..bins).for_each(|bin| self.bins[at(side, bin)] = Bin::EMPTY);
     }
 
     /// Puts a reference into its bins.
+    ///
+    /// # Safety
+    /// `WIDE` only where the processor has AVX.
     #[inline(always)]
-    pub fn add(&mut self, side: usize, grid: &Grid, reference: &Lanes) {
-        let bins = grid.bins_of(reference);
-        for (axis, bin) in bins.into_iter().enumerate() {
-            let entry = (bin * ROW + side * 4 + axis) & (ENTRIES - 1);
-            self.boxes[entry] = self.boxes[entry].union(reference);
-            self.counts[entry] += 1;
+    pub unsafe fn add<const WIDE: bool>(&mut self, side: usize, grid: &Grid, reference: &Lanes) {
+        for (axis, bin) in grid.bins_of(reference).into_iter().enumerate() {
+            let bin = &mut self.bins[at(side, bin)];
+            // SAFETY: the caller's.
+            unsafe { bin.boxes[axis].extend::<WIDE>(reference) };
+            bin.counts[axis] += 1;
         }
     }
 
     /// Adds what is in the first `bins` bins of a side of `other`.
     pub fn merge(&mut self, other: &Self, side: usize, bins: usize) {
         for bin in 0..bins {
+            let (to, from) = (&mut self.bins[at(side, bin)], &other.bins[at(side, bin)]);
             for axis in 0..3 {
-                let entry = bin * ROW + side * 4 + axis;
-                self.boxes[entry] = self.boxes[entry].union(&other.boxes[entry]);
-                self.counts[entry] += other.counts[entry];
+                to.boxes[axis] = to.boxes[axis].union(&from.boxes[axis]);
+                to.counts[axis] += from.counts[axis];
             }
         }
     }
@@ -134,22 +145,22 @@ impl Bins {
     pub fn best(&mut self, side: usize, bins: usize, references: usize, costs: &mut u64) -> Option<Plane> {
         let mut best = (f32::INFINITY, 0, 0, 0);
         for axis in 0..3 {
-            let entry = |bin: usize| (bin * ROW + side * 4 + axis) & (ENTRIES - 1);
             let mut right = Lanes::EMPTY;
             for bin in (1..bins).rev() {
-                right = right.union(&self.boxes[entry(bin)]);
-                self.above[bin & (MOST_BINS - 1)] = right.half_area();
+                right = right.union(&self.bins[at(side, bin)].boxes[axis]);
+                self.above[bin % MOST_BINS] = right.half_area();
             }
             let (mut left, mut count) = (Lanes::EMPTY, 0);
             for bin in 1..bins {
-                left = left.union(&self.boxes[entry(bin - 1)]);
-                count += self.counts[entry(bin - 1)] as usize;
+                let below = &self.bins[at(side, bin - 1)];
+                left = left.union(&below.boxes[axis]);
+                count += below.counts[axis] as usize;
                 if count == 0 || count == references {
                     continue;
                 }
                 *costs += 1;
-                let cost = left.half_area() * count as f32
-                    + self.above[bin & (MOST_BINS - 1)] * (references - count) as f32;
+                let cost =
+                    left.half_area() * count as f32 + self.above[bin % MOST_BINS] * (references - count) as f32;
                 if cost < best.0 {
                     best = (cost, axis, bin, count);
                 }
@@ -160,7 +171,7 @@ impl Bins {
             return None;
         }
         let around = |from: usize, to: usize| {
-            (from..to).fold(Lanes::EMPTY, |b, bin| b.union(&self.boxes[(bin * ROW + side * 4 + axis) & (ENTRIES - 1)]))
+            (from..to).fold(Lanes::EMPTY, |all, bin| all.union(&self.bins[at(side, bin)].boxes[axis]))
         };
         Some(Plane { cost, axis, bin, left, boxes: [around(0, bin), around(bin, bins)] })
     }

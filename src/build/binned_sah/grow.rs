@@ -6,6 +6,7 @@ use super::small::{self, SMALL};
 use crate::bvh::Node;
 use crate::geom::Aabb;
 use crate::simd::Simd;
+use glam::Vec4;
 use rayon::prelude::*;
 
 /// A node of which the references, the box and the bins are known.
@@ -123,7 +124,8 @@ impl Grower {
                 unsafe { self.divide_avx2(&open, part, nodes) };
                 continue;
             }
-            self.divide(&open, part, nodes);
+            // SAFETY: without AVX.
+            unsafe { self.divide::<false>(&open, part, nodes) };
         }
         true
     }
@@ -136,7 +138,8 @@ impl Grower {
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn divide_avx2(&mut self, open: &Open, part: &mut Part, nodes: &mut Vec<Node>) {
-        self.divide(open, part, nodes);
+        // SAFETY: AVX2 includes AVX.
+        unsafe { self.divide::<true>(open, part, nodes) };
     }
 
     /// Bins of a node: few for few references.
@@ -146,8 +149,11 @@ impl Grower {
     }
 
     /// Parts the references of a node, fills the bins of its children and settles them.
+    ///
+    /// # Safety
+    /// `WIDE` only where the processor has AVX.
     #[inline(always)]
-    fn divide(&mut self, open: &Open, part: &mut Part, nodes: &mut Vec<Node>) {
+    unsafe fn divide<const WIDE: bool>(&mut self, open: &Open, part: &mut Part, nodes: &mut Vec<Node>) {
         let (place, plane) = (&open.place, &open.plane);
         let first = nodes.len();
         nodes[place.node] = Node::inner(place.aabb.aabb(), first, 2);
@@ -169,14 +175,17 @@ impl Grower {
             to.copy_from_slice(from);
             (0..2).for_each(|side| self.shares[0].clear(side, 1));
         } else {
-            let cut = Cut { grid: place.grid, axis: plane.axis, plane: plane.bin as f32, grids };
+            let mut at = Vec4::INFINITY;
+            at[plane.axis] = plane.bin as f32;
+            let cut = Cut { grid: place.grid, plane: at, grids };
             self.tally.binned += counts.iter().filter(|&&n| n > SMALL).sum::<usize>() as u64;
             if self.shares.len() > 1 && place.count >= SHARED {
                 self.pass_shared(from, to, plane.left, &cut);
             } else {
                 (0..2).for_each(|side| self.shares[0].clear(side, grids[side].bins()));
                 let (left, right) = to.split_at_mut(plane.left);
-                cut.pass(from, [left, right], &mut self.shares[0]);
+                // SAFETY: the caller's.
+                unsafe { cut.pass::<WIDE>(from, [left, right], &mut self.shares[0]) };
             }
         }
         let in_second = !place.in_second;
@@ -243,7 +252,8 @@ impl Grower {
     fn fill(&mut self, side: usize, grid: &Grid, references: &[Lanes]) {
         let bins = &mut self.shares[0];
         bins.clear(side, grid.bins());
-        references.iter().for_each(|reference| bins.add(side, grid, reference));
+        // SAFETY: without AVX.
+        references.iter().for_each(|reference| unsafe { bins.add::<false>(side, grid, reference) });
         self.tally.binned += references.len() as u64;
     }
 
@@ -274,24 +284,27 @@ impl Grower {
 
 /// How the references of a node part, and into which bins they go.
 struct Cut {
-    /// The node's own bins, and the plane between them.
+    /// The node's own bins, and the plane between them: infinite on the other axes.
     grid: Grid,
-    axis: usize,
-    plane: f32,
+    plane: Vec4,
     /// The bins of the two children.
     grids: [Grid; 2],
 }
 
 impl Cut {
     /// Moves each reference to its side, in the order in which they are, and into the bins of that side.
+    ///
+    /// # Safety
+    /// `WIDE` only where the processor has AVX.
     #[inline(always)]
-    fn pass(&self, from: &[Lanes], to: [&mut [Lanes]; 2], bins: &mut Bins) {
+    unsafe fn pass<const WIDE: bool>(&self, from: &[Lanes], to: [&mut [Lanes]; 2], bins: &mut Bins) {
         let mut at = [0; 2];
         for reference in from {
-            let side = usize::from(self.grid.is_right(reference, self.axis, self.plane));
+            let side = usize::from(self.grid.is_right(reference, self.plane));
             to[side][at[side]] = *reference;
             at[side] += 1;
-            bins.add(side, &self.grids[side], reference);
+            // SAFETY: the caller's.
+            unsafe { bins.add::<WIDE>(side, &self.grids[side], reference) };
         }
     }
 
@@ -301,17 +314,19 @@ impl Cut {
             // SAFETY: `Simd` says that the processor has AVX2.
             return unsafe { self.pass_avx2(from, to, bins) };
         }
-        self.pass(from, to, bins);
+        // SAFETY: without AVX.
+        unsafe { self.pass::<false>(from, to, bins) };
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn pass_avx2(&self, from: &[Lanes], to: [&mut [Lanes]; 2], bins: &mut Bins) {
-        self.pass(from, to, bins);
+        // SAFETY: AVX2 includes AVX.
+        unsafe { self.pass::<true>(from, to, bins) };
     }
 
     /// References on the left side.
     fn lefts(&self, from: &[Lanes]) -> usize {
-        from.iter().filter(|reference| !self.grid.is_right(reference, self.axis, self.plane)).count()
+        from.iter().filter(|reference| !self.grid.is_right(reference, self.plane)).count()
     }
 }
