@@ -71,7 +71,8 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &SweepSah, probe: &mut P) -> Resu
             return Err(BuildError::Stopped(Unfinished { pending: jobs.iter().map(|(open, _)| open.count).collect() }));
         }
         let later = jobs.split_off(jobs.len().min(BATCH));
-        let grown: Vec<_> = jobs.into_par_iter().with_max_len(1).map(|(open, part)| sweep.subtree(open, part)).collect();
+        let grown: Vec<_> =
+            jobs.into_par_iter().with_max_len(1).map(|(open, part)| sweep.subtree(open, part)).collect();
         for (root, subtree, done) in grown {
             append(&mut nodes, root, &subtree);
             costs += done;
@@ -175,7 +176,8 @@ impl Stage {
             let mut orders = part.orders.each_mut().map(|order| &mut order[range.clone()]);
             let split = sweep.best(&orders.each_ref().map(|order| &**order), &mut scratch, &mut self.costs);
             let area = open.aabb.surface_area();
-            let closes = split.is_none_or(|s| open.count <= sweep.max_leaf && area * open.count as f64 <= area + s.cost);
+            let closes =
+                split.is_none_or(|s| open.count <= sweep.max_leaf && area * open.count as f64 <= area + s.cost);
             let Some(split) = split.filter(|_| !closes) else {
                 nodes[open.node] = Node::leaf(open.aabb, open.start, open.count);
                 continue;

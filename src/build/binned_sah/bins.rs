@@ -1,7 +1,7 @@
 //! The bins of the two children of a node, filled while the node is divided, and the best plane between them.
 
-use super::lanes::{Lanes, Span};
 use super::MOST_BINS;
+use super::lanes::{Lanes, Span};
 use glam::Vec4;
 
 /// Where the bins of a node lie.
@@ -24,11 +24,7 @@ impl Grid {
     pub fn over(span: &Span, bins: usize) -> Self {
         let scale = bins as f32 / (span.high - span.low);
         let usable = scale.cmpgt(Vec4::ZERO) & scale.cmplt(Vec4::INFINITY);
-        Self {
-            low: span.low,
-            scale: Vec4::select(usable, scale, Vec4::ZERO),
-            last: Vec4::splat((bins - 1) as f32),
-        }
+        Self { low: span.low, scale: Vec4::select(usable, scale, Vec4::ZERO), last: Vec4::splat((bins - 1) as f32) }
     }
 
     /// Number of bins.
@@ -37,13 +33,12 @@ impl Grid {
         self.last.x as usize + 1
     }
 
-    /// The bin of a reference on each axis.
+    /// The bins of a reference.
     #[inline(always)]
-    fn bins_of(&self, reference: &Lanes) -> [usize; 3] {
+    pub fn bins_of(&self, side: usize, reference: &Lanes) -> Where {
         let at = ((reference.centre() - self.low) * self.scale).max(Vec4::ZERO).min(self.last);
-        // SAFETY: between 0 and `last`, which is below `MOST_BINS`; finite numbers make no NaN.
-        let [x, y, z, _] = at.to_array().map(|t| unsafe { t.to_int_unchecked::<i32>() });
-        [x as usize, y as usize, z as usize]
+        // SAFETY: between 0 and `last`, which is below `MOST_BINS`; of NaN, `max` makes 0.
+        Where(at.to_array().map(|t| 2 * unsafe { t.to_int_unchecked::<i32>() } as u32 + side as u32))
     }
 
     /// Whether a reference lies in the bin of a plane or beyond; `plane` is infinite on the other axes.
@@ -75,6 +70,15 @@ pub(super) struct Plane {
     pub left: usize,
     /// Boxes of the sides.
     pub boxes: [Lanes; 2],
+}
+
+/// In which bins of which side a reference belongs: three indices, and one that means nothing.
+#[derive(Clone, Copy)]
+#[repr(C, align(16))]
+pub(super) struct Where([u32; 4]);
+
+impl Where {
+    pub const NOWHERE: Self = Self([0; 4]);
 }
 
 /// A bin of each axis.
@@ -120,9 +124,9 @@ impl Bins {
     /// # Safety
     /// `WIDE` only where the processor has AVX.
     #[inline(always)]
-    pub unsafe fn add<const WIDE: bool>(&mut self, side: usize, grid: &Grid, reference: &Lanes) {
-        for (axis, bin) in grid.bins_of(reference).into_iter().enumerate() {
-            let bin = &mut self.bins[at(side, bin)];
+    pub unsafe fn add<const WIDE: bool>(&mut self, to: &Where, reference: &Lanes) {
+        for axis in 0..3 {
+            let bin = &mut self.bins[to.0[axis] as usize % (2 * MOST_BINS)];
             // SAFETY: the caller's.
             unsafe { bin.boxes[axis].extend::<WIDE>(reference) };
             bin.counts[axis] += 1;
@@ -159,8 +163,7 @@ impl Bins {
                     continue;
                 }
                 *costs += 1;
-                let cost =
-                    left.half_area() * count as f32 + self.above[bin % MOST_BINS] * (references - count) as f32;
+                let cost = left.half_area() * count as f32 + self.above[bin % MOST_BINS] * (references - count) as f32;
                 if cost < best.0 {
                     best = (cost, axis, bin, count);
                 }

@@ -1,6 +1,7 @@
 //! From an open node to its subtree.
 
-use super::bins::{Bins, Grid, Plane};
+use super::bins::{Bins, Grid, Plane, Where};
+use super::few;
 use super::lanes::{Lanes, Span};
 use super::small::{self, SMALL};
 use crate::bvh::Node;
@@ -78,6 +79,10 @@ const BY_INDEX: usize = 3;
 /// Below so many references a node is divided by one thread.
 const SHARED: usize = 1 << 15;
 
+/// References whose bins are found before any of them goes there: addresses known early let the processor overlap what
+/// would otherwise wait for one maximum after another.
+const RUN: usize = 32;
+
 impl Grower {
     /// With so many threads to fill bins.
     pub fn new(simd: Simd, max_leaf: usize, bins: usize, threads: usize) -> Self {
@@ -145,7 +150,7 @@ impl Grower {
     /// Bins of a node: few for few references.
     #[inline(always)]
     fn bins_for(&self, count: usize) -> usize {
-        self.bins.min(4 + count / 4)
+        self.bins.min(few(count))
     }
 
     /// Parts the references of a node, fills the bins of its children and settles them.
@@ -253,7 +258,9 @@ impl Grower {
         let bins = &mut self.shares[0];
         bins.clear(side, grid.bins());
         // SAFETY: without AVX.
-        references.iter().for_each(|reference| unsafe { bins.add::<false>(side, grid, reference) });
+        references.iter().for_each(|reference| unsafe {
+            bins.add::<false>(&grid.bins_of(side, reference), reference);
+        });
         self.tally.binned += references.len() as u64;
     }
 
@@ -299,12 +306,18 @@ impl Cut {
     #[inline(always)]
     unsafe fn pass<const WIDE: bool>(&self, from: &[Lanes], to: [&mut [Lanes]; 2], bins: &mut Bins) {
         let mut at = [0; 2];
-        for reference in from {
-            let side = usize::from(self.grid.is_right(reference, self.plane));
-            to[side][at[side]] = *reference;
-            at[side] += 1;
-            // SAFETY: the caller's.
-            unsafe { bins.add::<WIDE>(side, &self.grids[side], reference) };
+        let mut places = [Where::NOWHERE; RUN];
+        for run in from.chunks(RUN) {
+            for (place, reference) in places.iter_mut().zip(run) {
+                let side = usize::from(self.grid.is_right(reference, self.plane));
+                to[side][at[side]] = *reference;
+                at[side] += 1;
+                *place = self.grids[side].bins_of(side, reference);
+            }
+            for (place, reference) in places.iter().zip(run) {
+                // SAFETY: the caller's.
+                unsafe { bins.add::<WIDE>(place, reference) };
+            }
         }
     }
 

@@ -44,6 +44,12 @@ const SUBTREE: usize = 1 << 14;
 /// Subtrees between two looks at the budget.
 const BATCH: usize = 64;
 
+/// The bins worth laying for so many references.
+#[inline(always)]
+const fn few(references: usize) -> usize {
+    4 + references / 4
+}
+
 /// What `binned-sah` can be asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BinnedSah {
