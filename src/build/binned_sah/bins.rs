@@ -2,7 +2,7 @@
 
 use super::MOST_BINS;
 use super::lanes::{Lanes, Span};
-use glam::Vec4;
+use glam::{BVec4A, Vec4};
 
 /// Where the bins of a node lie.
 #[derive(Clone, Copy, Debug)]
@@ -41,10 +41,21 @@ impl Grid {
         Where(at.to_array().map(|t| 2 * unsafe { t.to_int_unchecked::<i32>() } as u32 + side as u32))
     }
 
-    /// Whether a reference lies in the bin of a plane or beyond; `plane` is infinite on the other axes.
+    /// The grid where `mask` is set, `other` where it is not: by a blend, as a branch would be guessed wrong often.
     #[inline(always)]
-    pub fn is_right(&self, reference: &Lanes, plane: Vec4) -> bool {
-        ((reference.centre() - self.low) * self.scale).cmpge(plane).bitmask() != 0
+    pub fn or(&self, mask: BVec4A, other: &Self) -> Self {
+        Self {
+            low: Vec4::select(mask, self.low, other.low),
+            scale: Vec4::select(mask, self.scale, other.scale),
+            last: Vec4::select(mask, self.last, other.last),
+        }
+    }
+
+    /// The test whether references lie in bin `plane` of an axis or beyond.
+    #[inline(always)]
+    pub fn side_of(&self, axis: usize, plane: usize) -> SideOf {
+        let [low, scale] = [self.low, self.scale].map(|v| Vec4::splat(v.as_ref()[axis]));
+        SideOf { axis, low, scale, plane: Vec4::splat(plane as f32) }
     }
 
     /// The parts of `span`, which the bins cover, below and above a plane.
@@ -55,6 +66,23 @@ impl Grid {
         below.high.as_mut()[axis] = at;
         above.low.as_mut()[axis] = at;
         [below, above]
+    }
+}
+
+/// Which side of a plane references are on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SideOf {
+    axis: usize,
+    low: Vec4,
+    scale: Vec4,
+    plane: Vec4,
+}
+
+impl SideOf {
+    /// All set for the right side, none for the left: the same arithmetic as [`Grid::bins_of`].
+    #[inline(always)]
+    pub fn is_right(&self, reference: &Lanes) -> BVec4A {
+        ((reference.centre_on(self.axis) - self.low) * self.scale).cmpge(self.plane)
     }
 }
 
@@ -86,19 +114,19 @@ impl Where {
 #[repr(C, align(32))]
 struct Bin {
     boxes: [Lanes; 3],
-    counts: [u32; 8],
+    counts: [i32; 4],
 }
 
 impl Bin {
-    const EMPTY: Self = Self { boxes: [Lanes::EMPTY; 3], counts: [0; 8] };
+    const EMPTY: Self = Self { boxes: [Lanes::EMPTY; 3], counts: [0; 4] };
 }
 
 /// The bins of the two children of a node.
 pub(super) struct Bins {
     /// Alternately of the left and of the right child.
     bins: [Bin; 2 * MOST_BINS],
-    /// Half areas above each plane of the axis that is being looked at.
-    above: [f32; MOST_BINS],
+    /// Half areas above each plane, an axis each.
+    above: [Vec4; MOST_BINS],
 }
 
 /// Where a bin is: in bounds for the compiler, too.
@@ -110,7 +138,7 @@ const fn at(side: usize, bin: usize) -> usize {
 impl Bins {
     /// Bins with nothing in them.
     pub fn new() -> Box<Self> {
-        Box::new(Self { bins: [Bin::EMPTY; 2 * MOST_BINS], above: [0.0; MOST_BINS] })
+        Box::new(Self { bins: [Bin::EMPTY; 2 * MOST_BINS], above: [Vec4::ZERO; MOST_BINS] })
     }
 
     /// Empties the first `bins` bins of a side.
@@ -145,37 +173,45 @@ impl Bins {
     }
 
     /// The cheapest plane with references on both sides: of equals the lowest axis and there the lowest plane.
+    ///
+    /// All axes at once, and without branches: which of two planes is cheaper cannot be guessed.
     #[inline(always)]
-    pub fn best(&mut self, side: usize, bins: usize, references: usize, costs: &mut u64) -> Option<Plane> {
-        let mut best = (f32::INFINITY, 0, 0, 0);
-        for axis in 0..3 {
-            let mut right = Lanes::EMPTY;
-            for bin in (1..bins).rev() {
-                right = right.union(&self.bins[at(side, bin)].boxes[axis]);
-                self.above[bin % MOST_BINS] = right.half_area();
-            }
-            let (mut left, mut count) = (Lanes::EMPTY, 0);
-            for bin in 1..bins {
-                let below = &self.bins[at(side, bin - 1)];
-                left = left.union(&below.boxes[axis]);
-                count += below.counts[axis] as usize;
-                if count == 0 || count == references {
-                    continue;
-                }
-                *costs += 1;
-                let cost = left.half_area() * count as f32 + self.above[bin % MOST_BINS] * (references - count) as f32;
-                if cost < best.0 {
-                    best = (cost, axis, bin, count);
-                }
-            }
+    pub fn best(&mut self, side: usize, bins: usize, references: usize) -> Option<Plane> {
+        let mut right = [Lanes::EMPTY; 3];
+        for bin in (1..bins).rev() {
+            let here = &self.bins[at(side, bin)];
+            right = [0, 1, 2].map(|axis| right[axis].union(&here.boxes[axis]));
+            self.above[bin % MOST_BINS] = Lanes::half_areas(&right);
         }
-        let (cost, axis, bin, left) = best;
+        let (mut left, mut count) = ([Lanes::EMPTY; 3], [0; 4]);
+        let (mut best, mut planes) = (Vec4::INFINITY, Vec4::ZERO);
+        for bin in 1..bins {
+            let below = &self.bins[at(side, bin - 1)];
+            left = [0, 1, 2].map(|axis| left[axis].union(&below.boxes[axis]));
+            count = [0, 1, 2, 3].map(|i| count[i] + below.counts[i]);
+            let lower = Vec4::from_array(count.map(|n| n as f32));
+            let upper = Vec4::from_array(count.map(|n| (references as i32 - n) as f32));
+            let cost = Lanes::half_areas(&left) * lower + self.above[bin % MOST_BINS] * upper;
+            let cheaper = cost.cmplt(best) & lower.cmpgt(Vec4::ZERO) & upper.cmpgt(Vec4::ZERO);
+            best = Vec4::select(cheaper, cost, best);
+            planes = Vec4::select(cheaper, Vec4::splat(bin as f32), planes);
+        }
+        let [x, y, z, _] = best.to_array();
+        let (axis, cost) = if y < x { (1, y) } else { (0, x) };
+        let (axis, cost) = if z < cost { (2, z) } else { (axis, cost) };
+        // SAFETY: a plane's number is one of `1..bins`, or 0.
+        let bin = unsafe { planes.as_ref()[axis].to_int_unchecked::<i32>() } as usize;
         if bin == 0 {
             return None;
         }
         let around = |from: usize, to: usize| {
-            (from..to).fold(Lanes::EMPTY, |all, bin| all.union(&self.bins[at(side, bin)].boxes[axis]))
+            (from..to).fold((Lanes::EMPTY, 0), |(all, count), bin| {
+                let bin = &self.bins[at(side, bin)];
+                (all.union(&bin.boxes[axis]), count + bin.counts[axis])
+            })
         };
-        Some(Plane { cost, axis, bin, left, boxes: [around(0, bin), around(bin, bins)] })
+        let (lower, left) = around(0, bin);
+        let (upper, _) = around(bin, bins);
+        Some(Plane { cost, axis, bin, left: left as usize, boxes: [lower, upper] })
     }
 }

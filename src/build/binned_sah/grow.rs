@@ -1,13 +1,12 @@
 //! From an open node to its subtree.
 
-use super::bins::{Bins, Grid, Plane, Where};
+use super::bins::{Bins, Grid, Plane, SideOf, Where};
 use super::few;
 use super::lanes::{Lanes, Span};
 use super::small::{self, SMALL};
 use crate::bvh::Node;
 use crate::geom::Aabb;
 use crate::simd::Simd;
-use glam::Vec4;
 use rayon::prelude::*;
 
 /// A node of which the references, the box and the bins are known.
@@ -180,17 +179,15 @@ impl Grower {
             to.copy_from_slice(from);
             (0..2).for_each(|side| self.shares[0].clear(side, 1));
         } else {
-            let mut at = Vec4::INFINITY;
-            at[plane.axis] = plane.bin as f32;
-            let cut = Cut { grid: place.grid, plane: at, grids };
+            let cut = Cut { side_of: place.grid.side_of(plane.axis, plane.bin), grids };
             self.tally.binned += counts.iter().filter(|&&n| n > SMALL).sum::<usize>() as u64;
             if self.shares.len() > 1 && place.count >= SHARED {
                 self.pass_shared(from, to, plane.left, &cut);
             } else {
                 (0..2).for_each(|side| self.shares[0].clear(side, grids[side].bins()));
-                let (left, right) = to.split_at_mut(plane.left);
+                let to = Whole { to, left: 0, first_right: plane.left, moved: 0 };
                 // SAFETY: the caller's.
-                unsafe { cut.pass::<WIDE>(from, [left, right], &mut self.shares[0]) };
+                unsafe { cut.pass::<WIDE>(from, to, &mut self.shares[0]) };
             }
         }
         let in_second = !place.in_second;
@@ -228,12 +225,14 @@ impl Grower {
             };
             return None;
         }
-        let mut best = self.shares[0].best(side, place.grid.bins(), count, &mut self.tally.costs);
+        self.tally.costs += 3 * (place.grid.bins() as u64 - 1);
+        let mut best = self.shares[0].best(side, place.grid.bins(), count);
         if best.is_none() {
             place.span = Span::around(references);
             place.grid = Grid::over(&place.span, self.bins_for(count));
             self.fill(side, &place.grid, references);
-            best = self.shares[0].best(side, place.grid.bins(), count, &mut self.tally.costs);
+            self.tally.costs += 3 * (place.grid.bins() as u64 - 1);
+            best = self.shares[0].best(side, place.grid.bins(), count);
         }
         let plane = best.unwrap_or_else(|| {
             let left = count / 2;
@@ -275,7 +274,7 @@ impl Grower {
             let (this_left, more_left) = left.split_at_mut(n);
             let (this_right, more_right) = right.split_at_mut(run.len() - n);
             (left, right) = (more_left, more_right);
-            runs.push((run, [this_left, this_right], bins));
+            runs.push((run, Parted { to: [this_left, this_right], at: [0; 2] }, bins));
         }
         let used = runs.len();
         runs.into_par_iter().for_each(|(from, to, bins)| {
@@ -289,11 +288,51 @@ impl Grower {
     }
 }
 
+/// Where references go to.
+trait Target {
+    /// Puts one behind those of its side.
+    fn put(&mut self, side: usize, reference: &Lanes);
+}
+
+/// Both sides, next to each other.
+struct Whole<'a> {
+    to: &'a mut [Lanes],
+    /// References on the left so far.
+    left: usize,
+    first_right: usize,
+    /// References on both sides so far.
+    moved: usize,
+}
+
+impl Target for Whole<'_> {
+    #[inline(always)]
+    fn put(&mut self, side: usize, reference: &Lanes) {
+        // Without a branch, which would be guessed wrong often.
+        let right = self.first_right + (self.moved - self.left);
+        let at = self.left ^ ((self.left ^ right) & side.wrapping_neg());
+        self.to[at] = *reference;
+        self.left += 1 - side;
+        self.moved += 1;
+    }
+}
+
+/// A part of each side.
+struct Parted<'a> {
+    to: [&'a mut [Lanes]; 2],
+    at: [usize; 2],
+}
+
+impl Target for Parted<'_> {
+    #[inline(always)]
+    fn put(&mut self, side: usize, reference: &Lanes) {
+        self.to[side][self.at[side]] = *reference;
+        self.at[side] += 1;
+    }
+}
+
 /// How the references of a node part, and into which bins they go.
 struct Cut {
-    /// The node's own bins, and the plane between them: infinite on the other axes.
-    grid: Grid,
-    plane: Vec4,
+    side_of: SideOf,
     /// The bins of the two children.
     grids: [Grid; 2],
 }
@@ -304,15 +343,14 @@ impl Cut {
     /// # Safety
     /// `WIDE` only where the processor has AVX.
     #[inline(always)]
-    unsafe fn pass<const WIDE: bool>(&self, from: &[Lanes], to: [&mut [Lanes]; 2], bins: &mut Bins) {
-        let mut at = [0; 2];
+    unsafe fn pass<const WIDE: bool>(&self, from: &[Lanes], mut to: impl Target, bins: &mut Bins) {
         let mut places = [Where::NOWHERE; RUN];
         for run in from.chunks(RUN) {
             for (place, reference) in places.iter_mut().zip(run) {
-                let side = usize::from(self.grid.is_right(reference, self.plane));
-                to[side][at[side]] = *reference;
-                at[side] += 1;
-                *place = self.grids[side].bins_of(side, reference);
+                let mask = self.side_of.is_right(reference);
+                let side = mask.bitmask() as usize & 1;
+                to.put(side, reference);
+                *place = self.grids[1].or(mask, &self.grids[0]).bins_of(side, reference);
             }
             for (place, reference) in places.iter().zip(run) {
                 // SAFETY: the caller's.
@@ -321,7 +359,7 @@ impl Cut {
         }
     }
 
-    fn pass_with(&self, simd: Simd, from: &[Lanes], to: [&mut [Lanes]; 2], bins: &mut Bins) {
+    fn pass_with(&self, simd: Simd, from: &[Lanes], to: impl Target, bins: &mut Bins) {
         #[cfg(target_arch = "x86_64")]
         if simd >= Simd::Avx2 {
             // SAFETY: `Simd` says that the processor has AVX2.
@@ -333,13 +371,13 @@ impl Cut {
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn pass_avx2(&self, from: &[Lanes], to: [&mut [Lanes]; 2], bins: &mut Bins) {
+    fn pass_avx2(&self, from: &[Lanes], to: impl Target, bins: &mut Bins) {
         // SAFETY: AVX2 includes AVX.
         unsafe { self.pass::<true>(from, to, bins) };
     }
 
     /// References on the left side.
     fn lefts(&self, from: &[Lanes]) -> usize {
-        from.iter().filter(|reference| !self.grid.is_right(reference, self.plane)).count()
+        from.iter().filter(|reference| self.side_of.is_right(reference).bitmask() == 0).count()
     }
 }

@@ -47,7 +47,7 @@ const BATCH: usize = 64;
 /// The bins worth laying for so many references.
 #[inline(always)]
 const fn few(references: usize) -> usize {
-    4 + references / 4
+    4 + references / 8
 }
 
 /// What `binned-sah` can be asked.
