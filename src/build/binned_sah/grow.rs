@@ -2,7 +2,7 @@
 
 use super::bins::{Bins, Grid, Plane, SideOf, Where};
 use super::few;
-use super::lanes::{Lanes, Span};
+use super::lanes::{Lanes, Span, Survey};
 use super::small::{self, SMALL};
 use crate::bvh::Node;
 use crate::geom::Aabb;
@@ -90,13 +90,19 @@ impl Grower {
     }
 
     /// The root over all references of `part`; written, if it needs no dividing.
-    pub fn root(&mut self, part: &mut Part, aabb: Lanes, nodes: &mut Vec<Node>) -> Option<Open> {
-        let count = part.ids.len();
-        let span = Span::around(part.arrays[0]);
+    pub fn root(&mut self, part: &mut Part, survey: &Survey, nodes: &mut Vec<Node>) -> Option<Open> {
+        let (count, simd) = (part.ids.len(), self.simd);
+        let Survey { aabb, span, .. } = *survey;
         let grid = Grid::over(&span, self.bins_for(count));
-        let root = Place { node: 0, start: 0, count, in_second: false, aabb, span, grid };
+        let run = if count >= SHARED { count.div_ceil(self.shares.len()) } else { count };
+        let runs = part.arrays[0].par_chunks(run).zip(self.shares.par_iter_mut());
+        runs.for_each(|(run, bins)| fill_with(simd, bins, 0, &grid, run));
+        let (all, more) = self.shares.split_first_mut().expect("one share at least");
+        more.iter().take(count.div_ceil(run) - 1).for_each(|share| all.merge(share, 0, grid.bins()));
+        self.tally.binned += count as u64;
+
         nodes.push(Node::leaf(Aabb::EMPTY, 0, 0));
-        self.fill(0, &grid, part.arrays[0]);
+        let root = Place { node: 0, start: 0, count, in_second: false, aabb, span, grid };
         self.settle(0, root, part, nodes)
     }
 
@@ -230,7 +236,8 @@ impl Grower {
         if best.is_none() {
             place.span = Span::around(references);
             place.grid = Grid::over(&place.span, self.bins_for(count));
-            self.fill(side, &place.grid, references);
+            fill_with(self.simd, &mut self.shares[0], side, &place.grid, references);
+            self.tally.binned += count as u64;
             self.tally.costs += 3 * (place.grid.bins() as u64 - 1);
             best = self.shares[0].best(side, place.grid.bins(), count);
         }
@@ -249,18 +256,6 @@ impl Grower {
             return None;
         }
         Some(Open { place, plane })
-    }
-
-    /// Fills the bins of a node from nothing.
-    #[inline(always)]
-    fn fill(&mut self, side: usize, grid: &Grid, references: &[Lanes]) {
-        let bins = &mut self.shares[0];
-        bins.clear(side, grid.bins());
-        // SAFETY: without AVX.
-        references.iter().for_each(|reference| unsafe {
-            bins.add::<false>(&grid.bins_of(side, reference), reference);
-        });
-        self.tally.binned += references.len() as u64;
     }
 
     /// [`Cut::pass`] by all threads, each with its own run of references.
@@ -286,6 +281,36 @@ impl Grower {
             (0..2).for_each(|side| all.merge(share, side, cut.grids[side].bins()));
         }
     }
+}
+
+/// Fills the bins of a node from nothing.
+///
+/// # Safety
+/// `WIDE` only where the processor has AVX.
+#[inline(always)]
+unsafe fn fill<const WIDE: bool>(bins: &mut Bins, side: usize, grid: &Grid, references: &[Lanes]) {
+    bins.clear(side, grid.bins());
+    for reference in references {
+        // SAFETY: the caller's.
+        unsafe { bins.add::<WIDE>(&grid.bins_of(side, reference), reference) };
+    }
+}
+
+fn fill_with(simd: Simd, bins: &mut Bins, side: usize, grid: &Grid, references: &[Lanes]) {
+    #[cfg(target_arch = "x86_64")]
+    if simd >= Simd::Avx2 {
+        // SAFETY: `Simd` says that the processor has AVX2.
+        return unsafe { fill_avx2(bins, side, grid, references) };
+    }
+    // SAFETY: without AVX.
+    unsafe { fill::<false>(bins, side, grid, references) };
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn fill_avx2(bins: &mut Bins, side: usize, grid: &Grid, references: &[Lanes]) {
+    // SAFETY: AVX2 includes AVX.
+    unsafe { fill::<true>(bins, side, grid, references) };
 }
 
 /// Where references go to.

@@ -1,7 +1,7 @@
 //! Boxes as eight numbers, so that a union is a maximum.
 
 use crate::geom::Aabb;
-use glam::Vec4;
+use glam::{BVec4A, Vec4};
 
 /// A box as (−min.xyz, tag) and (max.xyz, 0): the union of two is the greater of each number. What a tag says survives
 /// copies, not unions.
@@ -19,11 +19,11 @@ impl Lanes {
     /// Neutral in unions.
     pub const EMPTY: Self = Self { negated_min: Vec4::NEG_INFINITY, max: Vec4::NEG_INFINITY };
 
-    /// The box, times `scale`, with `tag`.
+    /// The box with `tag`.
     #[inline(always)]
-    pub fn tagged(aabb: &Aabb, scale: f32, tag: u32) -> Self {
+    pub fn tagged(aabb: &Aabb, tag: u32) -> Self {
         // Adding 0 leaves one zero, the positive one, so that no maximum depends on the order of its operands.
-        let (negated_min, max) = (aabb.min * -scale + 0.0, aabb.max * scale + 0.0);
+        let (negated_min, max) = (0.0 - aabb.min, aabb.max + 0.0);
         Self { negated_min: negated_min.extend(f32::from_bits(tag ^ NORMAL)), max: max.extend(0.0) }
     }
 
@@ -116,5 +116,46 @@ impl Span {
     #[inline(always)]
     pub fn within(&self, aabb: &Lanes) -> Self {
         Self { low: self.low.max(aabb.negated_min * -2.0), high: self.high.min(aabb.max * 2.0) }
+    }
+}
+
+/// What references are like.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Survey {
+    /// The box around them.
+    pub aabb: Lanes,
+    /// Around their centres.
+    pub span: Span,
+    /// On each axis, whether no box is empty there, or without end, or holds NaN.
+    sound: BVec4A,
+}
+
+impl Survey {
+    /// No references.
+    pub const NOTHING: Self = Self { aabb: Lanes::EMPTY, span: Span::EMPTY, sound: BVec4A::TRUE };
+
+    /// With one more.
+    #[inline(always)]
+    pub fn with(self, reference: &Lanes) -> Self {
+        let (centre, extent) = (reference.centre(), reference.max + reference.negated_min);
+        Self {
+            aabb: self.aabb.union(reference),
+            span: Span { low: self.span.low.min(centre), high: self.span.high.max(centre) },
+            sound: self.sound & extent.cmpge(Vec4::ZERO) & extent.cmplt(Vec4::INFINITY),
+        }
+    }
+
+    /// Of both.
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            aabb: self.aabb.union(&other.aabb),
+            span: Span { low: self.span.low.min(other.span.low), high: self.span.high.max(other.span.high) },
+            sound: self.sound & other.sound,
+        }
+    }
+
+    /// Whether all boxes are certainly valid.
+    pub fn is_sound(&self) -> bool {
+        self.sound.bitmask() & 7 == 7
     }
 }

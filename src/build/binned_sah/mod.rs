@@ -32,7 +32,7 @@ use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
 use crate::simd::Simd;
 use grow::{Grower, Open, Part, Tally};
-use lanes::Lanes;
+use lanes::{Lanes, Survey};
 use rayon::prelude::*;
 
 /// The most bins on an axis.
@@ -74,14 +74,39 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &BinnedSah, probe: &mut P) -> Res
 }
 
 fn build_at<P: Probe>(simd: Simd, boxes: &[Aabb], params: &BinnedSah, probe: &mut P) -> Result<Bvh, BuildError> {
-    check_boxes(boxes)?;
     if !(2..=MOST_BINS).contains(&params.bins) {
         return Err(BuildError::Parameter(format!("binned-sah takes 2 to {MOST_BINS} bins")));
     }
-    let bounds = Aabb::union_of(boxes);
-    let scale = scale_for(&bounds);
-    let bvh = grow_all(simd, boxes, &bounds, scale, params, probe)?;
-    Ok(if scale == 1.0 { bvh } else { with_boxes_of(bvh, boxes) })
+    let (references, survey) = references(boxes)?;
+    let scale = scale_for(&survey.aabb.aabb());
+    if scale == 1.0 {
+        return grow_all(simd, references, &survey, params, probe);
+    }
+    let scaled: Vec<_> = boxes.iter().map(|b| Aabb::new(b.min * scale, b.max * scale)).collect();
+    let (references, survey) = self::references(&scaled)?;
+    Ok(with_boxes_of(grow_all(simd, references, &survey, params, probe)?, boxes))
+}
+
+/// The references to all boxes, and what they are like.
+fn references(boxes: &[Aabb]) -> Result<(Vec<Lanes>, Survey), BuildError> {
+    if boxes.is_empty() || boxes.len() >= 1 << 31 {
+        check_boxes(boxes)?;
+    }
+    let mut survey = Survey::NOTHING;
+    let mut references = Vec::new();
+    let tagged = |(id, aabb): (usize, &Aabb)| Lanes::tagged(aabb, id as u32);
+    if rayon::current_num_threads() > 1 {
+        boxes.par_iter().enumerate().with_min_len(SUBTREE).map(tagged).collect_into_vec(&mut references);
+        let runs = references.par_chunks(SUBTREE);
+        survey = runs.map(|run| run.iter().fold(Survey::NOTHING, Survey::with)).reduce(|| Survey::NOTHING, Survey::and);
+    } else {
+        references.extend(boxes.iter().enumerate().map(tagged).inspect(|one| survey = survey.with(one)));
+    }
+    if !survey.is_sound() {
+        // Or it is only larger than can be told from these sums.
+        check_boxes(boxes)?;
+    }
+    Ok((references, survey))
 }
 
 /// A power of two that takes coordinates to where neither areas overflow f32 nor those of small boxes vanish; 1 for
@@ -109,30 +134,27 @@ fn with_boxes_of(mut bvh: Bvh, boxes: &[Aabb]) -> Bvh {
 
 fn grow_all<P: Probe>(
     simd: Simd,
-    boxes: &[Aabb],
-    bounds: &Aabb,
-    scale: f32,
+    references: Vec<Lanes>,
+    survey: &Survey,
     params: &BinnedSah,
     probe: &mut P,
 ) -> Result<Bvh, BuildError> {
     let &BinnedSah { max_leaf, bins } = params;
     let threads = rayon::current_num_threads();
-    let (mut first, mut second) = (Vec::new(), Vec::new());
-    let tagged = |(id, aabb): (usize, &Aabb)| Lanes::tagged(aabb, scale, id as u32);
+    let count = references.len();
+    let (mut first, mut second) = (references, Vec::new());
     if threads > 1 {
-        boxes.par_iter().enumerate().with_min_len(SUBTREE).map(tagged).collect_into_vec(&mut first);
-        boxes.par_iter().with_min_len(SUBTREE).map(|_| Lanes::EMPTY).collect_into_vec(&mut second);
+        first.par_iter().with_min_len(SUBTREE).map(|_| Lanes::EMPTY).collect_into_vec(&mut second);
     } else {
-        first.extend(boxes.iter().enumerate().map(tagged));
-        second.resize(boxes.len(), Lanes::EMPTY);
+        second.resize(count, Lanes::EMPTY);
     }
-    let mut ids = vec![0; boxes.len()];
-    let mut nodes = Vec::with_capacity(2 * boxes.len() - 1);
+    let mut ids = vec![0; count];
+    let mut nodes = Vec::with_capacity(2 * count - 1);
 
     let mut grower = Grower::new(simd, max_leaf, bins, threads);
     let mut part = Part { start: 0, arrays: [&mut first, &mut second], ids: &mut ids };
     let mut subtrees = Vec::new();
-    let root = grower.root(&mut part, Lanes::tagged(bounds, scale, 0), &mut nodes);
+    let root = grower.root(&mut part, survey, &mut nodes);
     if let Some(root) = root
         && !grower.grow(root, &mut part, &mut nodes, SUBTREE, &mut subtrees, |steps| probe.go_on(steps))
     {

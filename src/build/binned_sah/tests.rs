@@ -167,7 +167,7 @@ proptest! {
 
     #[test]
     fn areas_are_halves_of_the_area(boxes in any_boxes(1..=2)) {
-        let (lanes, area) = (Lanes::tagged(&boxes[0], 1.0, 7), boxes[0].surface_area());
+        let (lanes, area) = (Lanes::tagged(&boxes[0], 7), boxes[0].surface_area());
         prop_assert!((2.0 * f64::from(lanes.half_area()) - area).abs() <= 1e-6 * area);
         prop_assert_eq!((lanes.aabb(), lanes.tag()), (boxes[0], 7));
     }
