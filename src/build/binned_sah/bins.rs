@@ -119,12 +119,36 @@ struct Bin {
 
 impl Bin {
     const EMPTY: Self = Self { boxes: [Lanes::EMPTY; 3], counts: [0; 4] };
+
+    #[inline(always)]
+    fn merge(&mut self, other: &Self) {
+        for axis in 0..3 {
+            self.boxes[axis] = self.boxes[axis].union(&other.boxes[axis]);
+            self.counts[axis] += other.counts[axis];
+        }
+    }
+}
+
+/// Puts a reference into its bins.
+///
+/// # Safety
+/// `WIDE` only where the processor has AVX.
+#[inline(always)]
+unsafe fn add<const WIDE: bool>(bins: &mut [Bin; 2 * MOST_BINS], to: &Where, reference: &Lanes) {
+    for axis in 0..3 {
+        let bin = &mut bins[to.0[axis] as usize % (2 * MOST_BINS)];
+        // SAFETY: the caller's.
+        unsafe { bin.boxes[axis].extend::<WIDE>(reference) };
+        bin.counts[axis] += 1;
+    }
 }
 
 /// The bins of the two children of a node.
 pub(super) struct Bins {
     /// Alternately of the left and of the right child.
     bins: [Bin; 2 * MOST_BINS],
+    /// The same for every other reference of a large node.
+    others: [Bin; 2 * MOST_BINS],
     /// Half areas above each plane, an axis each.
     above: [Vec4; MOST_BINS],
 }
@@ -138,7 +162,11 @@ const fn at(side: usize, bin: usize) -> usize {
 impl Bins {
     /// Bins with nothing in them.
     pub fn new() -> Box<Self> {
-        Box::new(Self { bins: [Bin::EMPTY; 2 * MOST_BINS], above: [Vec4::ZERO; MOST_BINS] })
+        Box::new(Self {
+            bins: [Bin::EMPTY; 2 * MOST_BINS],
+            others: [Bin::EMPTY; 2 * MOST_BINS],
+            above: [Vec4::ZERO; MOST_BINS],
+        })
     }
 
     /// Empties the first `bins` bins of a side.
@@ -147,29 +175,52 @@ impl Bins {
         (0..bins).for_each(|bin| self.bins[at(side, bin)] = Bin::EMPTY);
     }
 
+    /// Empties the others of the first `bins` bins of a side.
+    #[inline(always)]
+    pub fn clear_others(&mut self, side: usize, bins: usize) {
+        (0..bins).for_each(|bin| self.others[at(side, bin)] = Bin::EMPTY);
+    }
+
     /// Puts a reference into its bins.
     ///
     /// # Safety
     /// `WIDE` only where the processor has AVX.
     #[inline(always)]
     pub unsafe fn add<const WIDE: bool>(&mut self, to: &Where, reference: &Lanes) {
-        for axis in 0..3 {
-            let bin = &mut self.bins[to.0[axis] as usize % (2 * MOST_BINS)];
+        // SAFETY: the caller's.
+        unsafe { add::<WIDE>(&mut self.bins, to, reference) };
+    }
+
+    /// Puts references into their bins, every other one into the others: so two of the same bin need not wait for each
+    /// other.
+    ///
+    /// # Safety
+    /// `WIDE` only where the processor has AVX.
+    #[inline(always)]
+    pub unsafe fn add_alternately<const WIDE: bool>(&mut self, to: &[Where], references: &[Lanes]) {
+        let mut pairs = to.chunks_exact(2).zip(references.chunks_exact(2));
+        for (to, pair) in &mut pairs {
             // SAFETY: the caller's.
-            unsafe { bin.boxes[axis].extend::<WIDE>(reference) };
-            bin.counts[axis] += 1;
+            unsafe {
+                add::<WIDE>(&mut self.bins, &to[0], &pair[0]);
+                add::<WIDE>(&mut self.others, &to[1], &pair[1]);
+            }
         }
+        if let (1, [.., to], [.., last]) = (references.len() % 2, to, references) {
+            // SAFETY: the caller's.
+            unsafe { add::<WIDE>(&mut self.bins, to, last) };
+        }
+    }
+
+    /// Adds the others to the first `bins` bins of a side.
+    #[inline(always)]
+    pub fn merge_others(&mut self, side: usize, bins: usize) {
+        (0..bins).for_each(|bin| self.bins[at(side, bin)].merge(&self.others[at(side, bin)]));
     }
 
     /// Adds what is in the first `bins` bins of a side of `other`.
     pub fn merge(&mut self, other: &Self, side: usize, bins: usize) {
-        for bin in 0..bins {
-            let (to, from) = (&mut self.bins[at(side, bin)], &other.bins[at(side, bin)]);
-            for axis in 0..3 {
-                to.boxes[axis] = to.boxes[axis].union(&from.boxes[axis]);
-                to.counts[axis] += from.counts[axis];
-            }
-        }
+        (0..bins).for_each(|bin| self.bins[at(side, bin)].merge(&other.bins[at(side, bin)]));
     }
 
     /// The cheapest plane with references on both sides: of equals the lowest axis and there the lowest plane.

@@ -82,6 +82,9 @@ const SHARED: usize = 1 << 15;
 /// would otherwise wait for one maximum after another.
 const RUN: usize = 32;
 
+/// From so many references on, every other one has bins of its own.
+const ALTERNATELY: usize = 256;
+
 impl Grower {
     /// With so many threads to fill bins.
     pub fn new(simd: Simd, max_leaf: usize, bins: usize, threads: usize) -> Self {
@@ -190,7 +193,6 @@ impl Grower {
             if self.shares.len() > 1 && place.count >= SHARED {
                 self.pass_shared(from, to, plane.left, &cut);
             } else {
-                (0..2).for_each(|side| self.shares[0].clear(side, grids[side].bins()));
                 let to = Whole { to, left: 0, first_right: plane.left, moved: 0 };
                 // SAFETY: the caller's.
                 unsafe { cut.pass::<WIDE>(from, to, &mut self.shares[0]) };
@@ -273,7 +275,6 @@ impl Grower {
         }
         let used = runs.len();
         runs.into_par_iter().for_each(|(from, to, bins)| {
-            (0..2).for_each(|side| bins.clear(side, cut.grids[side].bins()));
             cut.pass_with(simd, from, to, bins);
         });
         let (all, more) = self.shares.split_first_mut().expect("one share at least");
@@ -369,18 +370,33 @@ impl Cut {
     /// `WIDE` only where the processor has AVX.
     #[inline(always)]
     unsafe fn pass<const WIDE: bool>(&self, from: &[Lanes], mut to: impl Target, bins: &mut Bins) {
+        let alternately = from.len() >= ALTERNATELY;
+        for side in 0..2 {
+            bins.clear(side, self.grids[side].bins());
+            if alternately {
+                bins.clear_others(side, self.grids[side].bins());
+            }
+        }
         let mut places = [Where::NOWHERE; RUN];
         for run in from.chunks(RUN) {
+            let places = &mut places[..run.len()];
             for (place, reference) in places.iter_mut().zip(run) {
                 let mask = self.side_of.is_right(reference);
                 let side = mask.bitmask() as usize & 1;
                 to.put(side, reference);
                 *place = self.grids[1].or(mask, &self.grids[0]).bins_of(side, reference);
             }
-            for (place, reference) in places.iter().zip(run) {
-                // SAFETY: the caller's.
-                unsafe { bins.add::<WIDE>(place, reference) };
+            // SAFETY: the caller's.
+            unsafe {
+                if alternately {
+                    bins.add_alternately::<WIDE>(places, run);
+                } else {
+                    places.iter().zip(run).for_each(|(place, reference)| bins.add::<WIDE>(place, reference));
+                }
             }
+        }
+        if alternately {
+            (0..2).for_each(|side| bins.merge_others(side, self.grids[side].bins()));
         }
     }
 
