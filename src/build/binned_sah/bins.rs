@@ -1,6 +1,7 @@
 //! The bins of the two children of a node, filled while the node is divided, and the best plane between them.
 
 use super::MOST_BINS;
+use super::grow::RUN;
 use super::lanes::{Lanes, Span};
 use glam::{BVec4A, Vec4};
 
@@ -33,22 +34,12 @@ impl Grid {
         self.last.x as usize + 1
     }
 
-    /// The bins of a reference.
+    /// The bin of a reference on each axis, and a number that means nothing.
     #[inline(always)]
-    pub fn bins_of(&self, side: usize, reference: &Lanes) -> Where {
+    fn bins_of(&self, reference: &Lanes) -> [i32; 4] {
         let at = ((reference.centre() - self.low) * self.scale).max(Vec4::ZERO).min(self.last);
         // SAFETY: between 0 and `last`, which is below `MOST_BINS`; of NaN, `max` makes 0.
-        Where(at.to_array().map(|t| 2 * unsafe { t.to_int_unchecked::<i32>() } as u32 + side as u32))
-    }
-
-    /// The grid where `mask` is set, `other` where it is not: by a blend, as a branch would be guessed wrong often.
-    #[inline(always)]
-    pub fn or(&self, mask: BVec4A, other: &Self) -> Self {
-        Self {
-            low: Vec4::select(mask, self.low, other.low),
-            scale: Vec4::select(mask, self.scale, other.scale),
-            last: Vec4::select(mask, self.last, other.last),
-        }
+        at.to_array().map(|t| unsafe { t.to_int_unchecked() })
     }
 
     /// The test whether references lie in bin `plane` of an axis or beyond.
@@ -100,15 +91,6 @@ pub(super) struct Plane {
     pub boxes: [Lanes; 2],
 }
 
-/// In which bins of which side a reference belongs: three indices, and one that means nothing.
-#[derive(Clone, Copy)]
-#[repr(C, align(16))]
-pub(super) struct Where([u32; 4]);
-
-impl Where {
-    pub const NOWHERE: Self = Self([0; 4]);
-}
-
 /// A bin of each axis.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
@@ -129,14 +111,14 @@ impl Bin {
     }
 }
 
-/// Puts a reference into its bins.
+/// Puts a reference into its bins of a side.
 ///
 /// # Safety
 /// `WIDE` only where the processor has AVX.
 #[inline(always)]
-unsafe fn add<const WIDE: bool>(bins: &mut [Bin; 2 * MOST_BINS], to: &Where, reference: &Lanes) {
+unsafe fn add<const WIDE: bool>(bins: &mut [Bin; 2 * MOST_BINS], side: usize, to: &[i32; 4], reference: &Lanes) {
     for axis in 0..3 {
-        let bin = &mut bins[to.0[axis] as usize % (2 * MOST_BINS)];
+        let bin = &mut bins[at(side, to[axis] as usize)];
         // SAFETY: the caller's.
         unsafe { bin.boxes[axis].extend::<WIDE>(reference) };
         bin.counts[axis] += 1;
@@ -151,6 +133,8 @@ pub(super) struct Bins {
     others: [Bin; 2 * MOST_BINS],
     /// Half areas above each plane, an axis each.
     above: [Vec4; MOST_BINS],
+    /// Bins of the references of a run.
+    places: [[i32; 4]; RUN],
 }
 
 /// Where a bin is: in bounds for the compiler, too.
@@ -165,50 +149,49 @@ impl Bins {
         Box::new(Self {
             bins: [Bin::EMPTY; 2 * MOST_BINS],
             others: [Bin::EMPTY; 2 * MOST_BINS],
-            above: [Vec4::ZERO; MOST_BINS],
+            above: [Vec4::ZERO; MOST_BINS], places: [[0; 4]; RUN],
         })
     }
 
-    /// Empties the first `bins` bins of a side.
+    /// Empties the first `bins` bins of a side, and the others, too, where they are used.
     #[inline(always)]
-    pub fn clear(&mut self, side: usize, bins: usize) {
-        (0..bins).for_each(|bin| self.bins[at(side, bin)] = Bin::EMPTY);
-    }
-
-    /// Empties the others of the first `bins` bins of a side.
-    #[inline(always)]
-    pub fn clear_others(&mut self, side: usize, bins: usize) {
-        (0..bins).for_each(|bin| self.others[at(side, bin)] = Bin::EMPTY);
-    }
-
-    /// Puts a reference into its bins.
-    ///
-    /// # Safety
-    /// `WIDE` only where the processor has AVX.
-    #[inline(always)]
-    pub unsafe fn add<const WIDE: bool>(&mut self, to: &Where, reference: &Lanes) {
-        // SAFETY: the caller's.
-        unsafe { add::<WIDE>(&mut self.bins, to, reference) };
-    }
-
-    /// Puts references into their bins, every other one into the others: so two of the same bin need not wait for each
-    /// other.
-    ///
-    /// # Safety
-    /// `WIDE` only where the processor has AVX.
-    #[inline(always)]
-    pub unsafe fn add_alternately<const WIDE: bool>(&mut self, to: &[Where], references: &[Lanes]) {
-        let mut pairs = to.chunks_exact(2).zip(references.chunks_exact(2));
-        for (to, pair) in &mut pairs {
-            // SAFETY: the caller's.
-            unsafe {
-                add::<WIDE>(&mut self.bins, &to[0], &pair[0]);
-                add::<WIDE>(&mut self.others, &to[1], &pair[1]);
+    pub fn clear(&mut self, side: usize, bins: usize, alternately: bool) {
+        for bin in 0..bins {
+            self.bins[at(side, bin)] = Bin::EMPTY;
+            if alternately {
+                self.others[at(side, bin)] = Bin::EMPTY;
             }
         }
-        if let (1, [.., to], [.., last]) = (references.len() % 2, to, references) {
-            // SAFETY: the caller's.
-            unsafe { add::<WIDE>(&mut self.bins, to, last) };
+    }
+
+    /// Puts at most [`RUN`] references into their bins; every other one into the others, if `alternately`, so that two of
+    /// the same bin need not wait for each other.
+    ///
+    /// # Safety
+    /// `WIDE` only where the processor has AVX.
+    #[inline(always)]
+    pub unsafe fn add<const WIDE: bool>(&mut self, side: usize, grid: &Grid, references: &[Lanes], alternately: bool) {
+        // Bins that are known early let the processor overlap what would otherwise wait for one maximum after another.
+        for (to, reference) in self.places.iter_mut().zip(references) {
+            *to = grid.bins_of(reference);
+        }
+        let to = &self.places[..references.len()];
+        // SAFETY: the caller's.
+        unsafe {
+            if !alternately {
+                // No closure, which would not be for the same processor.
+                for (to, one) in to.iter().zip(references) {
+                    add::<WIDE>(&mut self.bins, side, to, one);
+                }
+                return;
+            }
+            for (to, pair) in to.chunks_exact(2).zip(references.chunks_exact(2)) {
+                add::<WIDE>(&mut self.bins, side, &to[0], &pair[0]);
+                add::<WIDE>(&mut self.others, side, &to[1], &pair[1]);
+            }
+            if let (1, [.., to], [.., last]) = (references.len() % 2, to, references) {
+                add::<WIDE>(&mut self.bins, side, to, last);
+            }
         }
     }
 

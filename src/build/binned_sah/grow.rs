@@ -1,6 +1,6 @@
 //! From an open node to its subtree.
 
-use super::bins::{Bins, Grid, Plane, SideOf, Where};
+use super::bins::{Bins, Grid, Plane, SideOf};
 use super::few;
 use super::lanes::{Lanes, Span, Survey};
 use super::small::{self, SMALL};
@@ -78,9 +78,9 @@ const BY_INDEX: usize = 3;
 /// Below so many references a node is divided by one thread.
 const SHARED: usize = 1 << 15;
 
-/// References whose bins are found before any of them goes there: addresses known early let the processor overlap what
-/// would otherwise wait for one maximum after another.
-const RUN: usize = 32;
+/// References that are parted before they go into bins, so that what either loop does for one of them overlaps with what
+/// it does for others.
+pub(super) const RUN: usize = 64;
 
 /// From so many references on, every other one has bins of its own.
 const ALTERNATELY: usize = 256;
@@ -176,24 +176,20 @@ impl Grower {
         let by_index = plane.axis == BY_INDEX;
         let spans = if by_index { [place.span; 2] } else { place.grid.cut(&place.span, plane.axis, plane.bin as f32) };
         let spans = [spans[0].within(&plane.boxes[0]), spans[1].within(&plane.boxes[1])];
-        let grids: [Grid; 2] = std::array::from_fn(|side| {
-            if counts[side] <= SMALL || by_index {
-                Grid::NONE
-            } else {
-                Grid::over(&spans[side], self.bins_for(counts[side]))
-            }
+        let grids = [0, 1].map(|side| {
+            let binned = counts[side] > SMALL && !by_index;
+            binned.then(|| Grid::over(&spans[side], self.bins_for(counts[side])))
         });
         let (from, to, _) = part.of(place);
         if by_index {
             to.copy_from_slice(from);
-            (0..2).for_each(|side| self.shares[0].clear(side, 1));
         } else {
             let cut = Cut { side_of: place.grid.side_of(plane.axis, plane.bin), grids };
             self.tally.binned += counts.iter().filter(|&&n| n > SMALL).sum::<usize>() as u64;
             if self.shares.len() > 1 && place.count >= SHARED {
                 self.pass_shared(from, to, plane.left, &cut);
             } else {
-                let to = Whole { to, left: 0, first_right: plane.left, moved: 0 };
+                let to = Whole { to, left: 0, first_right: plane.left, moved: 0, last: (0, 0) };
                 // SAFETY: the caller's.
                 unsafe { cut.pass::<WIDE>(from, to, &mut self.shares[0]) };
             }
@@ -208,7 +204,7 @@ impl Grower {
                 in_second,
                 aabb: plane.boxes[side],
                 span: spans[side],
-                grid: grids[side],
+                grid: grids[side].unwrap_or(Grid::NONE),
             };
             if let Some(open) = self.settle(side, child, part, nodes) {
                 self.stack.push(open);
@@ -271,7 +267,7 @@ impl Grower {
             let (this_left, more_left) = left.split_at_mut(n);
             let (this_right, more_right) = right.split_at_mut(run.len() - n);
             (left, right) = (more_left, more_right);
-            runs.push((run, Parted { to: [this_left, this_right], at: [0; 2] }, bins));
+            runs.push((run, Parted { to: [this_left, this_right], at: [0; 2], last: [0; 2] }, bins));
         }
         let used = runs.len();
         runs.into_par_iter().for_each(|(from, to, bins)| {
@@ -279,7 +275,7 @@ impl Grower {
         });
         let (all, more) = self.shares.split_first_mut().expect("one share at least");
         for share in &more[..used - 1] {
-            (0..2).for_each(|side| all.merge(share, side, cut.grids[side].bins()));
+            (0..2).for_each(|side| all.merge(share, side, cut.grids[side].as_ref().map_or(0, Grid::bins)));
         }
     }
 }
@@ -290,11 +286,12 @@ impl Grower {
 /// `WIDE` only where the processor has AVX.
 #[inline(always)]
 unsafe fn fill<const WIDE: bool>(bins: &mut Bins, side: usize, grid: &Grid, references: &[Lanes]) {
-    bins.clear(side, grid.bins());
-    for reference in references {
+    bins.clear(side, grid.bins(), true);
+    for run in references.chunks(RUN) {
         // SAFETY: the caller's.
-        unsafe { bins.add::<WIDE>(&grid.bins_of(side, reference), reference) };
+        unsafe { bins.add::<WIDE>(side, grid, run, true) };
     }
+    bins.merge_others(side, grid.bins());
 }
 
 fn fill_with(simd: Simd, bins: &mut Bins, side: usize, grid: &Grid, references: &[Lanes]) {
@@ -318,6 +315,9 @@ fn fill_avx2(bins: &mut Bins, side: usize, grid: &Grid, references: &[Lanes]) {
 trait Target {
     /// Puts one behind those of its side.
     fn put(&mut self, side: usize, reference: &Lanes);
+
+    /// Those put to each side since the last call.
+    fn latest(&mut self) -> [&[Lanes]; 2];
 }
 
 /// Both sides, next to each other.
@@ -328,6 +328,8 @@ struct Whole<'a> {
     first_right: usize,
     /// References on both sides so far.
     moved: usize,
+    /// `left` and `moved` at the last call of [`Target::latest`].
+    last: (usize, usize),
 }
 
 impl Target for Whole<'_> {
@@ -340,12 +342,21 @@ impl Target for Whole<'_> {
         self.left += 1 - side;
         self.moved += 1;
     }
+
+    #[inline(always)]
+    fn latest(&mut self) -> [&[Lanes]; 2] {
+        let (left, moved) = std::mem::replace(&mut self.last, (self.left, self.moved));
+        let right = self.first_right + (moved - left)..self.first_right + (self.moved - self.left);
+        [&self.to[left..self.left], &self.to[right]]
+    }
 }
 
 /// A part of each side.
 struct Parted<'a> {
     to: [&'a mut [Lanes]; 2],
     at: [usize; 2],
+    /// `at` at the last call of [`Target::latest`].
+    last: [usize; 2],
 }
 
 impl Target for Parted<'_> {
@@ -354,13 +365,19 @@ impl Target for Parted<'_> {
         self.to[side][self.at[side]] = *reference;
         self.at[side] += 1;
     }
+
+    #[inline(always)]
+    fn latest(&mut self) -> [&[Lanes]; 2] {
+        let last = std::mem::replace(&mut self.last, self.at);
+        [0, 1].map(|side| &self.to[side][last[side]..self.at[side]])
+    }
 }
 
 /// How the references of a node part, and into which bins they go.
 struct Cut {
     side_of: SideOf,
-    /// The bins of the two children.
-    grids: [Grid; 2],
+    /// The bins of the two children; none for a child that needs none.
+    grids: [Option<Grid>; 2],
 }
 
 impl Cut {
@@ -371,32 +388,27 @@ impl Cut {
     #[inline(always)]
     unsafe fn pass<const WIDE: bool>(&self, from: &[Lanes], mut to: impl Target, bins: &mut Bins) {
         let alternately = from.len() >= ALTERNATELY;
-        for side in 0..2 {
-            bins.clear(side, self.grids[side].bins());
-            if alternately {
-                bins.clear_others(side, self.grids[side].bins());
+        for (side, grid) in self.grids.iter().enumerate() {
+            if let Some(grid) = grid {
+                bins.clear(side, grid.bins(), alternately);
             }
         }
-        let mut places = [Where::NOWHERE; RUN];
         for run in from.chunks(RUN) {
-            let places = &mut places[..run.len()];
-            for (place, reference) in places.iter_mut().zip(run) {
-                let mask = self.side_of.is_right(reference);
-                let side = mask.bitmask() as usize & 1;
-                to.put(side, reference);
-                *place = self.grids[1].or(mask, &self.grids[0]).bins_of(side, reference);
+            for reference in run {
+                to.put(self.side_of.is_right(reference).bitmask() as usize & 1, reference);
             }
-            // SAFETY: the caller's.
-            unsafe {
-                if alternately {
-                    bins.add_alternately::<WIDE>(places, run);
-                } else {
-                    places.iter().zip(run).for_each(|(place, reference)| bins.add::<WIDE>(place, reference));
+            let latest = to.latest();
+            for side in 0..2 {
+                if let Some(grid) = &self.grids[side] {
+                    // SAFETY: the caller's.
+                    unsafe { bins.add::<WIDE>(side, grid, latest[side], alternately) };
                 }
             }
         }
         if alternately {
-            (0..2).for_each(|side| bins.merge_others(side, self.grids[side].bins()));
+            for (side, grid) in self.grids.iter().enumerate() {
+                bins.merge_others(side, grid.as_ref().map_or(0, Grid::bins));
+            }
         }
     }
 
