@@ -1,6 +1,6 @@
 //! From an open node to its subtree.
 
-use super::bins::{Bins, Grid, Plane, SideOf};
+use super::bins::{Bins, Grid, Plane};
 use super::few;
 use super::lanes::{Lanes, Span, Survey};
 use super::small::{self, SMALL};
@@ -72,8 +72,8 @@ pub(super) struct Grower {
     pub tally: Tally,
 }
 
-/// The axis of a plane between the earlier and the later half of references with the same centre.
-const BY_INDEX: usize = 3;
+/// The bin of a plane between the earlier and the later half of references with the same centre.
+const BY_INDEX: usize = 0;
 
 /// Below so many references a node is divided by one thread.
 const SHARED: usize = 1 << 15;
@@ -173,8 +173,8 @@ impl Grower {
         nodes.extend([Node::leaf(Aabb::EMPTY, 0, 0); 2]);
 
         let counts = [plane.left, place.count - plane.left];
-        let by_index = plane.axis == BY_INDEX;
-        let spans = if by_index { [place.span; 2] } else { place.grid.cut(&place.span, plane.axis, plane.bin as f32) };
+        let by_index = plane.bin == BY_INDEX;
+        let spans = if by_index { [place.span; 2] } else { place.grid.cut(&place.span, plane.bin) };
         let spans = [spans[0].within(&plane.boxes[0]), spans[1].within(&plane.boxes[1])];
         let grids = [0, 1].map(|side| {
             let binned = counts[side] > SMALL && !by_index;
@@ -184,7 +184,7 @@ impl Grower {
         if by_index {
             to.copy_from_slice(from);
         } else {
-            let cut = Cut { side_of: place.grid.side_of(plane.axis, plane.bin), grids };
+            let cut = Cut { grid: place.grid, plane: plane.bin as f32, grids };
             self.tally.binned += counts.iter().filter(|&&n| n > SMALL).sum::<usize>() as u64;
             if self.shares.len() > 1 && place.count >= SHARED {
                 self.pass_shared(from, to, plane.left, &cut);
@@ -229,14 +229,14 @@ impl Grower {
             };
             return None;
         }
-        self.tally.costs += 3 * (place.grid.bins() as u64 - 1);
+        self.tally.costs += place.grid.bins() as u64 - 1;
         let mut best = self.shares[0].best(side, place.grid.bins(), count);
         if best.is_none() {
             place.span = Span::around(references);
             place.grid = Grid::over(&place.span, self.bins_for(count));
             fill_with(self.simd, &mut self.shares[0], side, &place.grid, references);
             self.tally.binned += count as u64;
-            self.tally.costs += 3 * (place.grid.bins() as u64 - 1);
+            self.tally.costs += place.grid.bins() as u64 - 1;
             best = self.shares[0].best(side, place.grid.bins(), count);
         }
         let plane = best.unwrap_or_else(|| {
@@ -245,7 +245,7 @@ impl Grower {
                 .map(|half| half.iter().fold(Lanes::EMPTY, |all, one| all.union(one)));
             let cost = boxes[0].half_area() * left as f32 + boxes[1].half_area() * (count - left) as f32;
             self.tally.costs += 1;
-            Plane { cost, axis: BY_INDEX, bin: 0, left, boxes }
+            Plane { cost, bin: BY_INDEX, left, boxes }
         });
         let area = place.aabb.half_area();
         if count <= m && area * count as f32 <= area + plane.cost {
@@ -375,7 +375,9 @@ impl Target for Parted<'_> {
 
 /// How the references of a node part, and into which bins they go.
 struct Cut {
-    side_of: SideOf,
+    /// The node's own bins, and the first bin of the right side.
+    grid: Grid,
+    plane: f32,
     /// The bins of the two children; none for a child that needs none.
     grids: [Option<Grid>; 2],
 }
@@ -395,7 +397,7 @@ impl Cut {
         }
         for run in from.chunks(RUN) {
             for reference in run {
-                to.put(self.side_of.is_right(reference).bitmask() as usize & 1, reference);
+                to.put(usize::from(self.grid.is_right(reference, self.plane)), reference);
             }
             let latest = to.latest();
             for side in 0..2 {
@@ -431,6 +433,6 @@ impl Cut {
 
     /// References on the left side.
     fn lefts(&self, from: &[Lanes]) -> usize {
-        from.iter().filter(|reference| self.side_of.is_right(reference).bitmask() == 0).count()
+        from.iter().filter(|reference| !self.grid.is_right(reference, self.plane)).count()
     }
 }

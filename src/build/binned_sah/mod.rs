@@ -2,8 +2,9 @@
 //!
 //! Source: Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies".
 //!
-//! A node's references fall into equal bins on each axis by their centres; bins give boxes and counts, and these the
-//! cost of each plane between two of them. The node is divided at the cheapest, or becomes a leaf where that is cheaper.
+//! A node's references fall into equal bins, by their centres, on the axis on which the centres spread most; bins give
+//! boxes and counts, and these the cost of each plane between two of them. The node is divided at the cheapest, or
+//! becomes a leaf where that is cheaper.
 //!
 //! **One pass a level.** While the references of a node part, each one goes into the bins of its child at once. So the
 //! bins have to be laid before the child's centres are known: over the part of its parent's span on its side of the
@@ -13,11 +14,15 @@
 //! fit into a core's cache, one thread each. Parting is stable, and minima, maxima and counts know no order, so the
 //! tree does not depend on the threads.
 //!
+//! **Numbers.** Costs are f32, of half areas. Scenes so large or so small that this could overflow or vanish are built
+//! at another scale, a power of two, and get their own boxes back.
+//!
 //! Deviations:
-//! - All three axes have bins; Wald looks at the one on which the centres spread most.
-//! - Spans are not tight around the centres, unless all of them fall into the same bin on every axis. Then they are
-//!   made tight; and where all centres are the same, halves of the references in their order are the children.
+//! - Spans are not tight around the centres, unless all of them fall into the same bin. Then they are made tight; and
+//!   where all centres are the same, halves of the references in their order are the children.
 //! - Few references have few bins; of subtrees over at most four references, the cheapest of all is taken.
+//!
+//! Bins on all three axes instead of one lower the cost of the tree by 1 to 3 % and took a fifth longer.
 
 mod bins;
 mod grow;
@@ -61,7 +66,7 @@ pub struct BinnedSah {
 
 impl Default for BinnedSah {
     fn default() -> Self {
-        Self { max_leaf: MAX_LEAF, bins: 16 }
+        Self { max_leaf: MAX_LEAF, bins: 32 }
     }
 }
 
