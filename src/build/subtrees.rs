@@ -6,9 +6,11 @@ use crate::bvh::Node;
 /// those of the whole tree already.
 pub(super) fn append(nodes: &mut Vec<Node>, root: usize, subtree: &[Node]) {
     let shift = nodes.len() - 1;
-    let moved = |node: &Node| {
-        if node.is_leaf() { *node } else { Node::inner(node.aabb, node.range().start + shift, node.count()) }
-    };
-    nodes[root] = moved(&subtree[0]);
-    nodes.extend(subtree[1..].iter().map(moved));
+    nodes[root] = moved(&subtree[0], shift);
+    nodes.extend(subtree[1..].iter().map(|node| moved(node, shift)));
+}
+
+/// The node, with children so much further behind.
+fn moved(node: &Node, shift: usize) -> Node {
+    if node.is_leaf() { *node } else { Node::inner(node.aabb, node.range().start + shift, node.count()) }
 }

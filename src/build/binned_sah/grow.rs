@@ -1,9 +1,9 @@
 //! From an open node to its subtree.
 
-use super::bins::{Bins, Grid, Plane};
-use super::few;
+use super::bins::{Bins, Grid, Plane, SideOf};
 use super::lanes::{Lanes, Span, Survey};
 use super::small::{self, SMALL};
+use super::{WIDEST, few};
 use crate::bvh::Node;
 use crate::geom::Aabb;
 use crate::simd::Simd;
@@ -72,8 +72,8 @@ pub(super) struct Grower {
     pub tally: Tally,
 }
 
-/// The bin of a plane between the earlier and the later half of references with the same centre.
-const BY_INDEX: usize = 0;
+/// The axis of a plane between the earlier and the later half of references with the same centre.
+const BY_INDEX: usize = 3;
 
 /// Below so many references a node is divided by one thread.
 const SHARED: usize = 1 << 15;
@@ -96,7 +96,7 @@ impl Grower {
     pub fn root(&mut self, part: &mut Part, survey: &Survey, nodes: &mut Vec<Node>) -> Option<Open> {
         let (count, simd) = (part.ids.len(), self.simd);
         let Survey { aabb, span, .. } = *survey;
-        let grid = Grid::over(&span, self.bins_for(count));
+        let grid = Grid::over(&span, self.bins_for(count), count >= WIDEST);
         let run = if count >= SHARED { count.div_ceil(self.shares.len()) } else { count };
         let runs = part.arrays[0].par_chunks(run).zip(self.shares.par_iter_mut());
         runs.for_each(|(run, bins)| fill_with(simd, bins, 0, &grid, run));
@@ -173,18 +173,18 @@ impl Grower {
         nodes.extend([Node::leaf(Aabb::EMPTY, 0, 0); 2]);
 
         let counts = [plane.left, place.count - plane.left];
-        let by_index = plane.bin == BY_INDEX;
-        let spans = if by_index { [place.span; 2] } else { place.grid.cut(&place.span, plane.bin) };
+        let by_index = plane.axis == BY_INDEX;
+        let spans = if by_index { [place.span; 2] } else { place.grid.cut(&place.span, plane.axis, plane.bin as f32) };
         let spans = [spans[0].within(&plane.boxes[0]), spans[1].within(&plane.boxes[1])];
         let grids = [0, 1].map(|side| {
             let binned = counts[side] > SMALL && !by_index;
-            binned.then(|| Grid::over(&spans[side], self.bins_for(counts[side])))
+            binned.then(|| Grid::over(&spans[side], self.bins_for(counts[side]), counts[side] >= WIDEST))
         });
         let (from, to, _) = part.of(place);
         if by_index {
             to.copy_from_slice(from);
         } else {
-            let cut = Cut { grid: place.grid, plane: plane.bin as f32, grids };
+            let cut = Cut { side_of: place.grid.side_of(plane.axis, plane.bin), grids };
             self.tally.binned += counts.iter().filter(|&&n| n > SMALL).sum::<usize>() as u64;
             if self.shares.len() > 1 && place.count >= SHARED {
                 self.pass_shared(from, to, plane.left, &cut);
@@ -229,14 +229,14 @@ impl Grower {
             };
             return None;
         }
-        self.tally.costs += place.grid.bins() as u64 - 1;
+        self.tally.costs += 3 * (place.grid.bins() as u64 - 1);
         let mut best = self.shares[0].best(side, place.grid.bins(), count);
         if best.is_none() {
             place.span = Span::around(references);
-            place.grid = Grid::over(&place.span, self.bins_for(count));
+            place.grid = Grid::over(&place.span, self.bins_for(count), count >= WIDEST);
             fill_with(self.simd, &mut self.shares[0], side, &place.grid, references);
             self.tally.binned += count as u64;
-            self.tally.costs += place.grid.bins() as u64 - 1;
+            self.tally.costs += 3 * (place.grid.bins() as u64 - 1);
             best = self.shares[0].best(side, place.grid.bins(), count);
         }
         let plane = best.unwrap_or_else(|| {
@@ -245,7 +245,7 @@ impl Grower {
                 .map(|half| half.iter().fold(Lanes::EMPTY, |all, one| all.union(one)));
             let cost = boxes[0].half_area() * left as f32 + boxes[1].half_area() * (count - left) as f32;
             self.tally.costs += 1;
-            Plane { cost, bin: BY_INDEX, left, boxes }
+            Plane { cost, axis: BY_INDEX, bin: 0, left, boxes }
         });
         let area = place.aabb.half_area();
         if count <= m && area * count as f32 <= area + plane.cost {
@@ -375,9 +375,7 @@ impl Target for Parted<'_> {
 
 /// How the references of a node part, and into which bins they go.
 struct Cut {
-    /// The node's own bins, and the first bin of the right side.
-    grid: Grid,
-    plane: f32,
+    side_of: SideOf,
     /// The bins of the two children; none for a child that needs none.
     grids: [Option<Grid>; 2],
 }
@@ -397,13 +395,13 @@ impl Cut {
         }
         for run in from.chunks(RUN) {
             for reference in run {
-                to.put(usize::from(self.grid.is_right(reference, self.plane)), reference);
+                to.put(self.side_of.is_right(reference).bitmask() as usize & 1, reference);
             }
             let latest = to.latest();
-            for side in 0..2 {
-                if let Some(grid) = &self.grids[side] {
+            for (side, (grid, latest)) in self.grids.iter().zip(latest).enumerate() {
+                if let Some(grid) = grid {
                     // SAFETY: the caller's.
-                    unsafe { bins.add::<WIDE>(side, grid, latest[side], alternately) };
+                    unsafe { bins.add::<WIDE>(side, grid, latest, alternately) };
                 }
             }
         }
@@ -433,6 +431,6 @@ impl Cut {
 
     /// References on the left side.
     fn lefts(&self, from: &[Lanes]) -> usize {
-        from.iter().filter(|reference| !self.grid.is_right(reference, self.plane)).count()
+        from.iter().filter(|reference| self.side_of.is_right(reference).bitmask() == 0).count()
     }
 }

@@ -68,10 +68,10 @@ impl Lanes {
         self.max - self.negated_min
     }
 
-    /// Twice the centre on one axis.
+    /// Twice the centre on one axis, four times.
     #[inline(always)]
-    pub fn centre_on(&self, axis: usize) -> f32 {
-        self.max.as_ref()[axis] - self.negated_min.as_ref()[axis]
+    pub fn centre_on(&self, axis: usize) -> Vec4 {
+        Vec4::splat(self.max.as_ref()[axis]) - Vec4::splat(self.negated_min.as_ref()[axis])
     }
 
     /// Half the surface area, in f32: the builder sees to it that nothing overflows.
@@ -79,6 +79,16 @@ impl Lanes {
     pub fn half_area(&self) -> f32 {
         let e = self.max + self.negated_min;
         e.x * e.y + e.y * e.z + e.z * e.x
+    }
+}
+
+impl Lanes {
+    /// [`Lanes::half_area`] of three boxes, and 0.
+    #[inline(always)]
+    pub fn half_areas(boxes: &[Self; 3]) -> Vec4 {
+        let e = boxes.map(|b| b.max + b.negated_min);
+        let [x, y, z] = [0, 1, 2].map(|i| Vec4::new(e[0][i], e[1][i], e[2][i], 0.0));
+        x * y + y * z + z * x
     }
 }
 

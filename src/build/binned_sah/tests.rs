@@ -89,17 +89,21 @@ impl Literal<'_> {
     }
 
     fn best(&self, ids: &[u32], low: [f32; 3], high: [f32; 3], bins: usize) -> Option<(usize, usize)> {
-        let axis = widest(low, high);
         let mut best = (f32::INFINITY, None);
-        for plane in 1..bins {
-            let (left, right): (Vec<u32>, Vec<u32>) =
-                ids.iter().partition(|&&id| self.bin(id, axis, low, high, bins) < plane as f32);
-            if left.is_empty() || right.is_empty() {
+        for axis in 0..3 {
+            if ids.len() >= WIDEST && axis != widest(low, high) {
                 continue;
             }
-            let cost = self.cost(&left) + self.cost(&right);
-            if cost < best.0 {
-                best = (cost, Some((axis, plane)));
+            for plane in 1..bins {
+                let (left, right): (Vec<u32>, Vec<u32>) =
+                    ids.iter().partition(|&&id| self.bin(id, axis, low, high, bins) < plane as f32);
+                if left.is_empty() || right.is_empty() {
+                    continue;
+                }
+                let cost = self.cost(&left) + self.cost(&right);
+                if cost < best.0 {
+                    best = (cost, Some((axis, plane)));
+                }
             }
         }
         best.1
@@ -179,7 +183,9 @@ proptest! {
 
 #[test]
 fn bins_beyond_the_triangles_of_a_scene_literally() {
-    for (name, bins) in [("gen:spheres:300", 16), ("gen:hairball:300", 256), ("gen:boxes:300", 32)] {
+    for (name, bins) in
+        [("gen:spheres:300", 16), ("gen:hairball:300", 256), ("gen:boxes:300", 32), ("gen:spheres:3000", 32)]
+    {
         let params = BinnedSah { bins, ..BinnedSah::default() };
         let boxes = scene(name);
         assert_eq!(text(&checked(&boxes, &params), 0), literal(&boxes, params), "{name}");
@@ -221,13 +227,12 @@ fn cost_is_near_that_of_the_full_sweep_on_every_family() {
         let cost = |bvh: &Bvh| sah(bvh, SahParams::default()).unwrap();
         let sweep = cost(&sweep_sah::build(&boxes, &Default::default(), &mut ()).unwrap());
         let ours = cost(&checked(&boxes, &BinnedSah::default()));
-        println!("{} {}", family.name, ours / sweep);
         assert!(ours <= WITHIN * sweep, "{}: {ours} against {sweep}", family.name);
     }
 }
 
-/// By how much a tree may cost more than that of `sweep-sah`: measured at most MEASURED.
-const WITHIN: f64 = 1.06;
+/// By how much a tree may cost more than that of `sweep-sah`: measured at most 1.019, on hairball.
+const WITHIN: f64 = 1.02;
 
 #[test]
 fn extremes_build_fast_and_at_any_scale() {
