@@ -34,6 +34,10 @@ pub enum Work {
     KeysSorted,
     /// Rounds in which all that are nearest to each other merge.
     Rounds,
+    /// References put into bins.
+    Binned,
+    /// Binary splits of which the cost was taken.
+    SplitCosts,
 }
 
 impl Work {
@@ -53,6 +57,8 @@ impl Work {
         Self::SearchVisits,
         Self::KeysSorted,
         Self::Rounds,
+        Self::Binned,
+        Self::SplitCosts,
     ];
 
     /// Its name in rows and JSON.
@@ -72,6 +78,8 @@ impl Work {
             Self::SearchVisits => "search_visits",
             Self::KeysSorted => "keys_sorted",
             Self::Rounds => "rounds",
+            Self::Binned => "binned",
+            Self::SplitCosts => "split_costs",
         }
     }
 }
