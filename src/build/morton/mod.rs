@@ -14,19 +14,3 @@ mod radix;
 
 pub(super) use levels::at_each_level;
 pub(super) use order::Order;
-//SCRATCH
-pub fn stages(boxes: &[crate::geom::Aabb], simd: crate::simd::Simd) -> Vec<f64> {
-    let t = || crate::bench::cpu();
-    let a = t();
-    let (grid, _) = codes::Grid::around(boxes, simd).unwrap();
-    let b = t();
-    let codes::Codes { mut upper, lower } = codes::codes(boxes, &grid, simd);
-    let c = t();
-    radix::sort(&mut upper, &mut Vec::new());
-    let d = t();
-    drop(lower);
-    let o = Order::new(boxes, simd).unwrap();
-    let e = t();
-    std::hint::black_box(o);
-    vec![(b - a), (c - b), (d - c), (e - d)]
-}
