@@ -1,5 +1,6 @@
 //! The tree: one node layout for every arity, and what can be asked of a finished tree.
 
+pub mod file;
 mod hash;
 #[cfg(test)]
 pub(crate) mod testing;

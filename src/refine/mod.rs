@@ -2,9 +2,11 @@
 
 mod collapse;
 mod leaves;
+mod refit;
 
 pub use collapse::collapse;
 pub use leaves::open_leaves;
+pub use refit::refit;
 
 use crate::bvh::Bvh;
 use std::str::FromStr;
