@@ -172,10 +172,10 @@ pub struct BuildArguments {
     #[arg(short, long, value_name = "TREE.bvh")]
     pub output: Option<PathBuf>,
     /// With --tree: give the tree new boxes, its scene having as many triangles whose vertices have moved
-    #[arg(long, requires = "file")]
+    #[arg(long, requires = "file", conflicts_with_all = ["builder", "arity", "ReadingArguments"])]
     pub refit: bool,
     /// With --refit: compare with a fresh tree by this builder
-    #[arg(long, value_name = "BUILDER", value_parser = recipe, requires = "refit")]
+    #[arg(long, value_name = "BUILDER", value_parser = recipe, requires = "refit", conflicts_with = "builder")]
     pub against: Option<Recipe>,
     /// Measure the leaf count variability, too: over the rays of `trace --rays diffuse`
     #[arg(long)]

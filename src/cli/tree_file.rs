@@ -22,7 +22,8 @@ pub struct RefitReport {
     pub ms: Spread,
     /// Cost of the tree as the file has it, over the vertices it was built for.
     pub sah_before: Option<f64>,
-    /// Cost after over cost before; each is relative to the area of its own root.
+    /// Cost after over cost before. Each is relative to the area of its own root, so this falls below 1 where the root grew more
+    /// than what is below it; what the old topology costs is [`Self::growth_over_fresh`].
     pub growth: Option<f64>,
     /// The builder of a fresh tree of the same scene, if one was asked for; arity and leaf limit are those of the file.
     pub against: Option<String>,

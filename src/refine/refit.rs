@@ -4,7 +4,8 @@
 //! Models using AABB Trees", Journal of Graphics Tools 2(4), 1997; Wald, Boulos and Shirley, "Ray Tracing Deformable Scenes
 //! Using Dynamic Bounding Volume Hierarchies", ACM TOG 26(1), 2007): topology and leaves stay, boxes are united anew from the
 //! leaves up. It takes a fraction of a build; what it costs is quality, as triangles that were neighbours drift apart. How
-//! much is the growth of the tree's cost: [`crate::cost::sah`] of the tree after over that before.
+//! much is the growth of the tree's cost, [`crate::cost::sah`]: over that before, or, as the area of the root changes too, over that
+//! of a fresh tree.
 
 use crate::bvh::Bvh;
 use crate::geom::Aabb;

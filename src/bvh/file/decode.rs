@@ -1,11 +1,12 @@
 //! From bytes to a tree, believing nothing.
 
-use super::error::Malformed;
+use super::error::{FileError, Malformed};
 use super::{HEADER, MAGIC, NODE, Q8, SCENE_CHECKSUM, SPATIAL, SceneMark, UnfittedTree, VERSION, WORD};
 use crate::bvh::{Bvh, Limits, Node, NodeKind};
 use crate::geom::Aabb;
 use glam::Vec3;
 use std::io::{self, Read};
+use std::path::Path;
 
 /// Bytes that are asked for at a time: vectors grow by what came, not by what a header promises.
 const BLOCK: usize = 1 << 16;
@@ -17,6 +18,16 @@ pub(super) enum Failure {
     Io(io::Error),
     /// The bytes are not a tree file.
     Malformed(Malformed),
+}
+
+impl Failure {
+    /// With the path of the file.
+    pub(super) fn at(self, path: &Path) -> FileError {
+        match self {
+            Self::Io(source) => FileError::Read { path: path.into(), source },
+            Self::Malformed(reason) => FileError::Malformed { path: path.into(), reason },
+        }
+    }
 }
 
 impl From<Malformed> for Failure {

@@ -48,7 +48,7 @@ pub enum FileError {
         here: SceneMark,
     },
     /// The file is sound, but what it holds is not a tree of this scene.
-    #[error("{path}: {violations}; {advice}", path = path.display(), advice = advice(violations))]
+    #[error("{path}: {what}; {advice}", path = path.display(), what = gravest(violations), advice = advice(violations))]
     Invalid {
         /// The file.
         path: PathBuf,
@@ -68,6 +68,15 @@ fn this_scene(mark: &SceneMark, with_checksum: bool) -> String {
     match mark.checksum.filter(|_| with_checksum) {
         Some(checksum) => format!("this one with {checksum:08x}"),
         None => format!("this one of {}", mark.triangles),
+    }
+}
+
+/// What to tell of: what is wrong with the boxes often follows from something else.
+fn gravest(violations: &Violations) -> String {
+    let other = violations.first.iter().find(|v| !matches!(v, Violation::LooseBox(_)));
+    match other.filter(|_| violations.total > 1) {
+        Some(violation) => format!("invalid tree: {violation} (one of {} violations)", violations.total),
+        None => violations.to_string(),
     }
 }
 

@@ -220,7 +220,12 @@ pub fn write(path: &Path, bvh: &Bvh, limits: &Limits, triangles: &[Triangle]) ->
 /// # Errors
 /// All of [`FileError`] but [`FileError::Write`]; always one line.
 pub fn read(path: &Path, triangles: &[Triangle]) -> Result<SavedTree, FileError> {
-    let UnfittedTree { bvh, limits, scene } = read_unfitted(path)?;
+    fitted(path, read_unfitted(path)?, triangles)
+}
+
+/// Checks a tree read from `path` against its scene.
+fn fitted(path: &Path, tree: UnfittedTree, triangles: &[Triangle]) -> Result<SavedTree, FileError> {
+    let UnfittedTree { bvh, limits, scene } = tree;
     let here = SceneMark::of(triangles);
     if !scene.fits(&here) {
         return Err(FileError::OtherScene { path: path.into(), built_for: scene, here });
@@ -238,13 +243,8 @@ pub fn read(path: &Path, triangles: &[Triangle]) -> Result<SavedTree, FileError>
 /// # Errors
 /// [`FileError::Read`] and [`FileError::Malformed`].
 pub fn read_unfitted(path: &Path) -> Result<UnfittedTree, FileError> {
-    let unreadable = |source| FileError::Read { path: path.into(), source };
-    let mut file = File::open(path).map_err(unreadable)?;
-    match decode::decode(&mut file) {
-        Ok(tree) => Ok(tree),
-        Err(decode::Failure::Io(source)) => Err(unreadable(source)),
-        Err(decode::Failure::Malformed(reason)) => Err(FileError::Malformed { path: path.into(), reason }),
-    }
+    let tree = File::open(path).map_err(decode::Failure::Io).and_then(|mut file| decode::decode(&mut file));
+    tree.map_err(|failure| failure.at(path))
 }
 
 /// Puts what `write` writes at `path`, all of it or nothing.

@@ -24,13 +24,13 @@ impl Shelf {
     fn written(&self, bvh: &Bvh, limits: &Limits, triangles: &[Triangle]) -> Vec<u8> {
         let mut bytes = Vec::new();
         encode::encode(&mut bytes, bvh, limits, &SceneMark::of(triangles)).unwrap();
-        fs::write(self.path(), &bytes).unwrap();
         bytes
     }
 
-    fn read(&self, bytes: &[u8], triangles: &[Triangle]) -> Result<SavedTree, FileError> {
-        fs::write(self.path(), bytes).unwrap();
-        read(&self.path(), triangles)
+    /// What [`read()`] makes of a file of these bytes.
+    fn read(&self, mut bytes: &[u8], triangles: &[Triangle]) -> Result<SavedTree, FileError> {
+        let path = self.path();
+        fitted(&path, decode::decode(&mut bytes).map_err(|failure| failure.at(&path))?, triangles)
     }
 
     /// The one line that these bytes are refused with.
@@ -125,7 +125,7 @@ fn every_builder_at_every_arity_comes_back_and_so_do_the_bytes() {
                 let limits = builder.limits(&options);
                 let bytes = shelf.written(&bvh, &limits, &triangles);
                 assert_eq!(bytes.len(), HEADER + NODE * bvh.nodes.len() + WORD * (bvh.triangle_ids.len() + 1));
-                let read = read(&shelf.path(), &triangles).unwrap();
+                let read = shelf.read(&bytes, &triangles).unwrap();
                 assert_eq!((&read.bvh, read.limits), (&bvh, limits), "{} {options:?}", builder.id);
                 assert_eq!(tree_hash(&read.bvh), tree_hash(&bvh));
                 assert_eq!(shelf.written(&read.bvh, &read.limits, &triangles), bytes);
@@ -139,8 +139,9 @@ fn a_file_larger_than_a_block_comes_back() {
     let triangles = soup(1, 40_000, 0.02);
     let bvh = random_tree(1, &boxes(&triangles), 5, 3);
     let shelf = Shelf::new();
+    write(&shelf.path(), &bvh, &Limits::default(), &triangles).unwrap();
     let bytes = shelf.written(&bvh, &Limits::default(), &triangles);
-    assert!(bytes.len() > 4 * (1 << 16));
+    assert!(bytes.len() > 4 * (1 << 16) && fs::read(shelf.path()).unwrap() == bytes);
     assert_eq!(read(&shelf.path(), &triangles).unwrap().bvh, bvh);
 }
 
@@ -238,7 +239,7 @@ fn what_is_wrong_is_said() {
         (vec![(first_of(inner), 1)], "which does not stand behind it"),
         (vec![(first_of(0), n as u32)], &format!("node 0 has child {} of {n} nodes", n + 1)),
         (vec![(first_of(0), u32::MAX)], "node 0 has child 4294967296"),
-        (vec![(first_of(0), 2)], "invalid tree"),
+        (vec![(first_of(0), 2)], "invalid tree: node 1 cannot be reached"),
         (vec![(count_of(0), 0)], "inner node 0 has no children"),
         (vec![(count_of(0), 1)], "cannot be reached from the root"),
         (vec![(count_of(0), 3)], "has 3 children, more than the arity 2"),
@@ -318,11 +319,11 @@ fn a_moved_scene_gets_its_tree_back_by_refitting() {
     let (triangles, bvh, limits) = nine();
     let moved = soup(6, 9, 0.4);
     let shelf = Shelf::new();
-    shelf.written(&bvh, &limits, &triangles);
+    write(&shelf.path(), &bvh, &limits, &triangles).unwrap();
     let mut old = read_unfitted(&shelf.path()).unwrap();
     assert_eq!(old.scene, SceneMark::of(&triangles));
     refit(&mut old.bvh, &boxes(&moved));
-    shelf.written(&old.bvh, &old.limits, &moved);
+    write(&shelf.path(), &old.bvh, &old.limits, &moved).unwrap();
     let new = read(&shelf.path(), &moved).unwrap();
     assert_eq!((tree_hash(&new.bvh), &new.bvh), (tree_hash(&bvh), &old.bvh));
 }
@@ -359,7 +360,7 @@ fn links_lead_to_the_file_and_devices_stay_what_they_are() {
     use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
     let (triangles, bvh, limits) = nine();
     let shelf = Shelf::new();
-    shelf.written(&bvh, &limits, &triangles);
+    write(&shelf.path(), &bvh, &limits, &triangles).unwrap();
     let link = shelf.0.path().join("link.bvh");
     symlink(shelf.path(), &link).unwrap();
     write(&link, &bvh, &limits, &triangles).unwrap();
@@ -401,7 +402,7 @@ proptest! {
         let limits = Limits { max_leaf, ..Limits::default() };
         let shelf = Shelf::new();
         let bytes = shelf.written(&bvh, &limits, &triangles);
-        let read = read(&shelf.path(), &triangles).unwrap();
+        let read = shelf.read(&bytes, &triangles).unwrap();
         prop_assert_eq!((&read.bvh, read.limits), (&bvh, limits));
         prop_assert_eq!(shelf.written(&read.bvh, &read.limits, &triangles), bytes);
     }
