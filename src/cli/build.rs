@@ -4,7 +4,7 @@ use super::arguments::{BuildArguments, RunArguments};
 use super::output::{json, maybe, say, short, spread_text};
 use super::tree_file::{self, RefitReport};
 use super::{Failure, Outcome, off, wrong};
-use bvh_lab::build::{BUILDERS, BuildOptions, Builder, Engine, Preset};
+use bvh_lab::build::{BuildOptions, Engine, Preset};
 use bvh_lab::bvh::file::{self, SavedTree};
 use bvh_lab::bvh::{Bvh, Coverage, Limits, tree_hash};
 use bvh_lab::cost::{SahParams, epo, leaf_counts, sah, stats};
@@ -67,7 +67,14 @@ impl BuildReport {
     /// # Errors
     /// A builder that fails or returns a wrong tree.
     pub fn measure(scene: &Scene, cell: &BuildCell) -> Result<(Self, Option<Box<Built>>), Failure> {
-        let mut report = Self::empty(scene, cell.builder, &cell.options);
+        let (builder, options) = (cell.builder, &cell.options);
+        let mut report = Self {
+            builder: builder.id,
+            preset: builder.preset(options).map(Preset::id),
+            engine: builder.engine(options).map(Engine::id),
+            threads: builder.threads(options),
+            ..Self::empty(scene, options)
+        };
         let built = match measure_build(&scene.triangles, cell) {
             Measured::Ok(built) => built,
             Measured::Capped { projected_ms } => {
@@ -86,10 +93,8 @@ impl BuildReport {
 
     /// What a tree from a file is worth: everything that a build has but time and work.
     pub fn of_file(scene: &Scene, path: &Path, saved: &SavedTree) -> Self {
-        let plain = BuildOptions { arity: saved.bvh.arity, ..BuildOptions::default() };
-        let mut report = Self::empty(scene, &BUILDERS[0], &plain);
-        (report.builder, report.tree) = ("file", Some(path.display().to_string()));
-        (report.preset, report.engine, report.threads) = (None, None, rayon::current_num_threads());
+        let options = BuildOptions { arity: saved.bvh.arity, ..BuildOptions::default() };
+        let mut report = Self { tree: Some(path.display().to_string()), ..Self::empty(scene, &options) };
         report.describe(scene, &saved.bvh, &saved.coverage);
         report.tree_hash = Some(tree_hash(&saved.bvh).to_string());
         report
@@ -111,19 +116,20 @@ impl BuildReport {
         self.q8_hidden = Some(coverage.hidden);
     }
 
-    fn empty(scene: &Scene, builder: &Builder, options: &BuildOptions) -> Self {
+    /// A report without figures, by no builder.
+    fn empty(scene: &Scene, options: &BuildOptions) -> Self {
         Self {
             scene: scene.name.clone(),
             triangles: scene.triangles.len(),
             dropped: scene.dropped.total(),
-            builder: builder.id,
+            builder: "file",
             tree: None,
             arity: options.arity,
             refine: options.refine.iter().map(|step| step.id).collect(),
-            preset: builder.preset(options).map(Preset::id),
-            engine: builder.engine(options).map(Engine::id),
+            preset: None,
+            engine: None,
             costs: options.costs.id(),
-            threads: builder.threads(options),
+            threads: rayon::current_num_threads(),
             status: Status::Ok,
             build_ms: None,
             projected_ms: None,
