@@ -1,0 +1,163 @@
+//! `sbvh`: top-down by the surface area heuristic with object and spatial splits.
+//!
+//! Stich, Friedrich and Dietrich 2009, "Spatial Splits in Bounding Volume Hierarchies". At every node the best object
+//! split is found; where its two sides overlap by more than α of the root's area, planes are tried, too, at which
+//! references on both sides are cut in two, each with the box of its own part. The cheaper of both splits is taken.
+//!
+//! Deviations:
+//! - Object splits are not binned: every position of each axis is evaluated.
+//! - Where a node has few references, the planes tried are the faces of their boxes.
+//! - A reference is the part of a triangle within the box left by *all* cuts so far, clipped in f64, and drawn with a
+//!   margin, so that no hit is lost (`reference`). The paper intersects boxes.
+//! - At most [`Sbvh::budget`] references are added. A node hands what it does not use to its children, in proportion to
+//!   their references; so it is never exceeded, and nothing depends on the order in which nodes are split.
+//! - Nodes are split down to single references; leaves are made last, by cost ([`open_leaves`]). A triangle that stands
+//!   several times below such a leaf stands in it once.
+//!
+//! **Parallel.** Nodes with many references are split in rounds, all of a round at once. Each of the others makes a
+//! subtree on one thread. A node's split depends on its own references and budget alone.
+
+mod object;
+mod reference;
+mod spatial;
+mod split;
+mod subtree;
+#[cfg(test)]
+mod tests;
+
+use super::{BuildError, Input, MAX_LEAF, Probe, Unfinished, check_boxes};
+use crate::bvh::Bvh;
+use crate::geom::Aabb;
+use crate::refine::open_leaves;
+use rayon::prelude::*;
+use reference::{Reference, Source};
+use split::{Effort, Splitter, Workspace};
+use subtree::{Subtree, assemble};
+
+/// How the tree is built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sbvh {
+    /// Slabs that planes cut a node into, per axis; 2 or more.
+    pub bins: usize,
+    /// References that may be added, in percent of the triangles.
+    pub budget: usize,
+    /// α: the part of the root's surface area that both sides of an object split must share for planes to be tried.
+    pub overlap: f64,
+    /// The most triangles a leaf holds.
+    pub max_leaf: usize,
+    pub q: f64,
+}
+
+impl Default for Sbvh {
+    fn default() -> Self {
+        Self { bins: 32, budget: 100, overlap: 1e-5, max_leaf: MAX_LEAF, q: 1.0 }
+    }
+}
+
+/// References of a node that makes a subtree on one thread.
+const ALONE: usize = 4096;
+
+/// Subtrees between two looks at the clock.
+const BATCH: usize = 64;
+
+/// A node not yet split.
+struct Open {
+    references: Vec<Reference>,
+    budget: usize,
+    /// Its place in the upper tree.
+    place: usize,
+}
+
+/// A node of the upper tree.
+#[derive(Clone, Copy, Debug)]
+enum Upper {
+    /// A subtree of its own, by number.
+    Subtree(usize),
+    /// A node with two children, by place.
+    Inner(Aabb, [usize; 2]),
+}
+
+/// Builds the binary tree over the triangles of `input`, or over its boxes where triangles are not known.
+///
+/// # Errors
+/// Boxes that [`check_boxes`] refuses, parameters out of their range, or the probe's stop.
+pub fn build<P: Probe>(input: Input, params: &Sbvh, probe: &mut P) -> Result<Bvh, BuildError> {
+    check_boxes(input.boxes)?;
+    if params.bins < 2 {
+        return Err(BuildError::Parameter("planes cut a node into 2 bins at least".into()));
+    }
+    let n = input.boxes.len();
+    let budget = (n as u128 * params.budget as u128 / 100).min((1 << 31) - n as u128) as usize;
+    let references: Vec<_> = (0u32..).zip(input.boxes).map(|(id, &aabb)| Reference { aabb, id }).collect();
+    let root = union(&references);
+    let splitter = Splitter { source: Source(input), params, least_overlap: params.overlap * root.surface_area() };
+    let mut upper = vec![Upper::Subtree(0)];
+    let mut small: Vec<Open> = Vec::new();
+    let mut large = Vec::new();
+    let mut sort = |open: Open, large: &mut Vec<Open>, upper: &mut Vec<Upper>| {
+        if open.references.len() > ALONE {
+            large.push(open);
+        } else {
+            upper[open.place] = Upper::Subtree(small.len());
+            small.push(open);
+        }
+    };
+    sort(Open { references, budget, place: 0 }, &mut large, &mut upper);
+    while !large.is_empty() {
+        let pending: Vec<_> = large.iter().map(|open| open.references.len()).collect();
+        let split: Vec<_> = large.par_drain(..).map(|open| open.split(&splitter)).collect();
+        let mut go_on = true;
+        for (place, aabb, children, effort) in split {
+            upper[place] = Upper::Inner(aabb, [upper.len(), upper.len() + 1]);
+            for mut child in children {
+                child.place = upper.len();
+                upper.push(Upper::Subtree(0));
+                sort(child, &mut large, &mut upper);
+            }
+            go_on &= effort.tell(probe);
+        }
+        if !go_on {
+            return Err(BuildError::Stopped(Unfinished { pending }));
+        }
+    }
+    let mut subtrees: Vec<Subtree> = Vec::with_capacity(small.len());
+    for first in (0..small.len()).step_by(BATCH) {
+        let batch = &mut small[first..(first + BATCH).min(subtrees.capacity())];
+        let grow = |room: &mut Workspace, open: &mut Open| {
+            Subtree::grow(&splitter, std::mem::take(&mut open.references), open.budget, room)
+        };
+        let grown: Vec<Subtree> = batch.par_iter_mut().with_max_len(1).map_init(Workspace::default, grow).collect();
+        let go_on = grown.iter().fold(true, |go_on, subtree| subtree.effort.tell(probe) && go_on);
+        subtrees.extend(grown);
+        if !go_on {
+            let pending = small[subtrees.len()..].iter().map(|open| open.references.len()).collect();
+            return Err(BuildError::Stopped(Unfinished { pending }));
+        }
+    }
+    let bvh = assemble(&upper, &subtrees);
+    Ok(if params.max_leaf > 1 { open_leaves(&bvh, params.max_leaf) } else { bvh })
+}
+
+fn union(references: &[Reference]) -> Aabb {
+    Aabb::union_of(references.iter().map(|r| &r.aabb))
+}
+
+impl Open {
+    /// Its place, its box and its children.
+    fn split(self, splitter: &Splitter) -> (usize, Aabb, [Self; 2], Effort) {
+        let mut room = Workspace::default();
+        let aabb = union(&self.references);
+        let budgets = splitter.split(&self.references, &aabb, self.budget, &mut room);
+        let child = |references, budget| Self { references, budget, place: 0 };
+        let children = [child(room.left, budgets[0]), child(room.right, budgets[1])];
+        (self.place, aabb, children, room.effort)
+    }
+}
+
+pub static TABLE: std::sync::OnceLock<Vec<f64>> = std::sync::OnceLock::new();
+fn weight(n: usize) -> f64 { TABLE.get_or_init(|| { let p: f64 = std::env::var("P").map_or(1.0, |p| p.parse().unwrap()); let l: f64 = std::env::var("L").map_or(0.0, |p| p.parse().unwrap()); (0..1 << 20).map(|n| (n as f64).powf(p) * (1.0 + l * (n.max(1) as f64).log2())).collect() })[n] }
+
+pub static TH: std::sync::OnceLock<Vec<f64>> = std::sync::OnceLock::new();
+fn real(n: usize) -> f64 { TH.get_or_init(|| { let l: f64 = std::env::var("H").map_or(2.0, |p| p.parse().unwrap()); (0..1 << 21).map(|n| 1.0 + l * (n.max(1) as f64).log2()).collect() })[n] }
+pub static TC: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
+fn cc() -> f64 { *TC.get_or_init(|| std::env::var("C").map_or(1.3, |p| p.parse().unwrap())) }
