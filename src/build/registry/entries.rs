@@ -3,6 +3,7 @@
 use super::pipeline::{refined, widened};
 use super::{Builder, Engine, Parameter, Preset};
 use crate::build::binned_sah::{self, BinnedSah};
+use crate::build::bottom_up::agglo_kd::{self, AggloKd};
 use crate::build::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
 use crate::build::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
 use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, Probe, sweep_sah};
@@ -52,6 +53,19 @@ pub const BUILDERS: &[Builder] = &[
         arities: MODERN_ARITIES,
         timed: agglo_local::<Brake>,
         counted: agglo_local::<Counters>,
+    },
+    Builder {
+        id: "agglo-kd",
+        paper: "Walter et al. 2008; Gu et al. 2013",
+        summary: "clustering among the nearest centres only, found by kiddo's k-d tree (--radius: how many)",
+        presets: &[],
+        engines: &[],
+        parameters: &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse, Parameter::Radius],
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: agglo_kd::<Brake>,
+        counted: agglo_kd::<Counters>,
     },
     Builder {
         id: "sweep-sah",
@@ -115,6 +129,14 @@ fn bottom_up<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> R
 fn agglo_local<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
     refined(options, |max_leaf| {
         let triangles = union_area::build_with_leaves(input.boxes, 1, probe)?;
+        Ok(open_leaves(&triangles, max_leaf))
+    })
+}
+
+fn agglo_kd<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    refined(options, |max_leaf| {
+        let neighbours = options.radius.unwrap_or(AggloKd::default().neighbours);
+        let triangles = agglo_kd::build(input.boxes, &AggloKd { neighbours }, probe)?;
         Ok(open_leaves(&triangles, max_leaf))
     })
 }
