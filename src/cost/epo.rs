@@ -22,7 +22,7 @@ const MOST_VISITS: u64 = 1 << 29;
 /// Σ over nodes n of C(n) · area((all geometry outside n's subtree) ∩ n's box) / area(all geometry), with C(n) the
 /// [`SahParams::node_cost`] at default constants. 0 for a tree that is one leaf.
 ///
-/// A triangle that several leaves hold (rule Q8) is inside the subtree of every ancestor of each of them; one that no leaf
+/// A triangle that several leaves hold (rule Q8, spatial splits) is inside the subtree of every ancestor of each of them; one that no leaf
 /// holds is outside of all. Nothing is assumed about boxes: children may stick out of their parents, as with rule Q8.
 ///
 /// `None` when the triangles have no area, or one that is not a finite number. Time is the number of pairs of a triangle

@@ -3,6 +3,7 @@
 use super::pipeline::{refined, widened};
 use super::{Builder, Engine, Parameter, Preset};
 use crate::build::binned_sah::{self, BinnedSah};
+use crate::build::sbvh::{self, Sbvh};
 use crate::build::bottom_up::agglo_kd::{self, AggloKd};
 use crate::build::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
 use crate::build::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
@@ -93,6 +94,25 @@ pub const BUILDERS: &[Builder] = &[
         timed: binned_sah::<Brake>,
         counted: binned_sah::<Counters>,
     },
+    Builder {
+        id: "sbvh",
+        paper: "Stich, Friedrich and Dietrich 2009",
+        summary: "object splits as sweep-sah, and spatial splits that cut triangles in two within a budget",
+        presets: &[],
+        engines: &[],
+        parameters: &[
+            Parameter::MaxLeaf,
+            Parameter::Refine,
+            Parameter::Collapse,
+            Parameter::Bins,
+            Parameter::SplitBudget,
+        ],
+        parallel: |_| true,
+        spatial: true,
+        arities: MODERN_ARITIES,
+        timed: sbvh::<Brake>,
+        counted: sbvh::<Counters>,
+    },
 ];
 
 /// The arities of modern builders: binary, or collapsed.
@@ -149,5 +169,14 @@ fn binned_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> 
     refined(options, |max_leaf| {
         let bins = options.bins.unwrap_or(BinnedSah::default().bins);
         binned_sah::build(input.boxes, &BinnedSah { max_leaf, bins }, probe)
+    })
+}
+
+fn sbvh<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    refined(options, |max_leaf| {
+        let default = Sbvh::default();
+        let bins = options.bins.unwrap_or(default.bins);
+        let budget = options.split_budget.unwrap_or(default.budget);
+        sbvh::build(input, &Sbvh { max_leaf, bins, budget, ..default }, probe)
     })
 }

@@ -2,21 +2,27 @@
 //!
 //! Stich, Friedrich and Dietrich 2009, "Spatial Splits in Bounding Volume Hierarchies". At every node the best object
 //! split is found; where its two sides overlap by more than α of the root's area, planes are tried, too, at which
-//! references on both sides are cut in two, each with the box of its own part. The cheaper of both splits is taken.
+//! references on both sides are cut in two, each with the box of its own part. The better of both splits is taken.
 //!
 //! Deviations:
 //! - Object splits are not binned: every position of each axis is evaluated.
 //! - Where a node has few references, the planes tried are the faces of their boxes.
 //! - A reference is the part of a triangle within the box left by *all* cuts so far, clipped in f64, and drawn with a
-//!   margin, so that no hit is lost (`reference`). The paper intersects boxes.
+//!   margin, so that no hit is lost (`reference`). The paper intersects boxes. Where triangles are not known, boxes are
+//!   cut.
+//! - The best object split and the best plane are found by the paper's cost, area times number. Which of both it is,
+//!   and which references are not cut after all ("reference unsplitting"), is decided by an estimate of what the subtrees
+//!   will cost (`estimate`): as if each side became one leaf, planes that pay off much further down would look too dear.
 //! - At most [`Sbvh::budget`] references are added. A node hands what it does not use to its children, in proportion to
-//!   their references; so it is never exceeded, and nothing depends on the order in which nodes are split.
+//!   the areas of their references, for that is what cuts make less of; so it is never exceeded, and nothing depends
+//!   on the order in which nodes are split. What a node does not use is not used elsewhere.
 //! - Nodes are split down to single references; leaves are made last, by cost ([`open_leaves`]). A triangle that stands
 //!   several times below such a leaf stands in it once.
 //!
 //! **Parallel.** Nodes with many references are split in rounds, all of a round at once. Each of the others makes a
 //! subtree on one thread. A node's split depends on its own references and budget alone.
 
+mod estimate;
 mod object;
 mod reference;
 mod spatial;
@@ -37,22 +43,25 @@ use subtree::{Subtree, assemble};
 /// How the tree is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sbvh {
-    /// Slabs that planes cut a node into, per axis; 2 or more.
+    /// Slabs that planes cut a node into, per axis: 2 to 4096.
     pub bins: usize,
-    /// References that may be added, in percent of the triangles.
+    /// References that may be added, in percent of the triangles. With none the tree is that of object splits alone.
     pub budget: usize,
     /// α: the part of the root's surface area that both sides of an object split must share for planes to be tried.
     pub overlap: f64,
     /// The most triangles a leaf holds.
     pub max_leaf: usize,
-    pub q: f64,
 }
 
 impl Default for Sbvh {
+    /// The paper's α. Few scenes use up the budget; hair does.
     fn default() -> Self {
-        Self { bins: 32, budget: 100, overlap: 1e-5, max_leaf: MAX_LEAF, q: 1.0 }
+        Self { bins: 32, budget: 100, overlap: 1e-5, max_leaf: MAX_LEAF }
     }
 }
+
+/// The most slabs that a node is cut into.
+const MOST_BINS: usize = 1 << 12;
 
 /// References of a node that makes a subtree on one thread.
 const ALONE: usize = 4096;
@@ -83,10 +92,11 @@ enum Upper {
 /// Boxes that [`check_boxes`] refuses, parameters out of their range, or the probe's stop.
 pub fn build<P: Probe>(input: Input, params: &Sbvh, probe: &mut P) -> Result<Bvh, BuildError> {
     check_boxes(input.boxes)?;
-    if params.bins < 2 {
-        return Err(BuildError::Parameter("planes cut a node into 2 bins at least".into()));
+    if !(2..=MOST_BINS).contains(&params.bins) {
+        return Err(BuildError::Parameter(format!("planes cut a node into 2 to {MOST_BINS} bins")));
     }
     let n = input.boxes.len();
+    // Slots and nodes have 31 bits.
     let budget = (n as u128 * params.budget as u128 / 100).min((1 << 31) - n as u128) as usize;
     let references: Vec<_> = (0u32..).zip(input.boxes).map(|(id, &aabb)| Reference { aabb, id }).collect();
     let root = union(&references);
@@ -153,11 +163,3 @@ impl Open {
         (self.place, aabb, children, room.effort)
     }
 }
-
-pub static TABLE: std::sync::OnceLock<Vec<f64>> = std::sync::OnceLock::new();
-fn weight(n: usize) -> f64 { TABLE.get_or_init(|| { let p: f64 = std::env::var("P").map_or(1.0, |p| p.parse().unwrap()); let l: f64 = std::env::var("L").map_or(0.0, |p| p.parse().unwrap()); (0..1 << 20).map(|n| (n as f64).powf(p) * (1.0 + l * (n.max(1) as f64).log2())).collect() })[n] }
-
-pub static TH: std::sync::OnceLock<Vec<f64>> = std::sync::OnceLock::new();
-fn real(n: usize) -> f64 { TH.get_or_init(|| { let l: f64 = std::env::var("H").map_or(2.0, |p| p.parse().unwrap()); (0..1 << 21).map(|n| 1.0 + l * (n.max(1) as f64).log2()).collect() })[n] }
-pub static TC: std::sync::OnceLock<f64> = std::sync::OnceLock::new();
-fn cc() -> f64 { *TC.get_or_init(|| std::env::var("C").map_or(1.3, |p| p.parse().unwrap())) }

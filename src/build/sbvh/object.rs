@@ -49,14 +49,14 @@ impl Sweep {
         let mut aabb = Aabb::EMPTY;
         for position in (1..n).rev() {
             aabb = aabb.union(at(self.keys[position]));
-            self.right[position] = aabb.surface_area() * super::weight(n - position);
+            self.right[position] = aabb.surface_area() * (n - position) as f64;
         }
         let mut aabb = Aabb::EMPTY;
         let mut best = ObjectSplit { cost: f64::INFINITY, axis, left: 0, last: 0 };
         for left in 1..n {
             let last = self.keys[left - 1];
             aabb = aabb.union(at(last));
-            let cost = aabb.surface_area() * super::weight(left) + self.right[left];
+            let cost = aabb.surface_area() * left as f64 + self.right[left];
             let split = ObjectSplit { cost, axis, left, last };
             if split.precedes(&best, n) {
                 best = split;
@@ -80,23 +80,14 @@ impl ObjectSplit {
         key(reference, self.axis, index) <= self.last
     }
 
-    pub fn real(&self, references: &[Reference]) -> f64 {
-        let mut sides = [Aabb::EMPTY; 2];
+    /// The boxes of both sides, and how many references they have.
+    pub fn sides(&self, references: &[Reference]) -> [(Aabb, usize); 2] {
+        let mut sides = [(Aabb::EMPTY, 0); 2];
         for (index, reference) in references.iter().enumerate() {
-            let side = &mut sides[usize::from(!self.is_left(reference, index))];
-            *side = side.union(&reference.aabb);
+            let (aabb, count) = &mut sides[usize::from(!self.is_left(reference, index))];
+            *aabb = aabb.union(&reference.aabb);
+            *count += 1;
         }
-        sides[0].surface_area() * super::real(self.left) + sides[1].surface_area() * super::real(references.len() - self.left)
-    }
-
-    /// The surface area that both sides' boxes have in common.
-    pub fn overlap(&self, references: &[Reference]) -> f64 {
-        let mut sides = [Aabb::EMPTY; 2];
-        for (index, reference) in references.iter().enumerate() {
-            let side = &mut sides[usize::from(!self.is_left(reference, index))];
-            *side = side.union(&reference.aabb);
-        }
-        let [left, right] = sides;
-        Aabb::new(left.min.max(right.min), left.max.min(right.max)).surface_area()
+        sides
     }
 }

@@ -3,6 +3,7 @@
 //! Stich, Friedrich and Dietrich 2009, section 3: references are chopped at all planes of an axis and their pieces put
 //! into bins; the box and the number of references on either side of each plane follow from a sweep over the bins.
 
+use super::estimate::{nodes, saved};
 use super::reference::{Reference, Source};
 use crate::geom::{Aabb, Polygon};
 use glam::DVec3;
@@ -73,6 +74,11 @@ impl Chop {
             }
         }
         self.sweep(references.len(), axis, budget)
+    }
+
+    /// Planes tried last.
+    pub fn planes(&self) -> usize {
+        self.planes.len()
     }
 
     fn place_planes(&mut self, references: &[Reference], aabb: &Aabb, axis: usize, bins: usize) {
@@ -148,7 +154,7 @@ impl Chop {
             if left == 0 || right == 0 || left + right - n > budget {
                 continue;
             }
-            let cost = below.surface_area() * super::weight(left) + self.above[plane].surface_area() * super::weight(right);
+            let cost = below.surface_area() * left as f64 + self.above[plane].surface_area() * right as f64;
             if best.is_none_or(|b| cost < b.cost) {
                 best = Some(SpatialSplit { cost, axis, at: self.planes[plane] });
             }
@@ -167,7 +173,8 @@ fn span(planes: &[f32], reference: &Reference, axis: usize) -> (usize, usize) {
 }
 
 impl SpatialSplit {
-    /// Parts `references` into `left` and `right`, each in its old order. `parts` is room to work in.
+    /// Parts `references` into `left` and `right`, each in its old order, and returns what both sides will cost but
+    /// for what the references cost that are there already: see `estimate`. `parts` is room to work in.
     ///
     /// Where a reference would be cut, it goes whole to one side if that costs no more (Stich et al. 2009, section 4.3,
     /// "reference unsplitting"); they are looked at in order, with the boxes and numbers as they are by then.
@@ -179,10 +186,8 @@ impl SpatialSplit {
         right: &mut Vec<Reference>,
         parts: &mut Vec<[Aabb; 2]>,
     ) -> f64 {
-        let mut gain = 0.0;
-        let w = |n: f64| super::real(n as usize);
         parts.clear();
-        let (mut boxes, mut counts) = ([Aabb::EMPTY; 2], [0.0; 2]);
+        let (mut boxes, mut counts) = ([Aabb::EMPTY; 2], [0usize; 2]);
         for reference in references {
             let part = if reference.aabb.min[self.axis] >= self.at {
                 [Aabb::EMPTY, reference.aabb]
@@ -193,25 +198,30 @@ impl SpatialSplit {
             };
             for side in 0..2 {
                 boxes[side] = boxes[side].union(&part[side]);
-                counts[side] += f64::from(u8::from(!part[side].is_empty()));
+                counts[side] += usize::from(!part[side].is_empty());
             }
             parts.push(part);
         }
+        let both = |boxes: [&Aabb; 2], counts: [usize; 2]| {
+            nodes(boxes[0].surface_area(), counts[0]) + nodes(boxes[1].surface_area(), counts[1])
+        };
+        let mut saved_by_cuts = 0.0;
         for (&Reference { aabb, id }, part) in references.iter().zip(parts) {
             if !part[0].is_empty() && !part[1].is_empty() {
-                let areas = boxes.map(|b| b.surface_area());
                 let grown = boxes.map(|b| b.union(&aabb));
-                let cut = aabb.surface_area() - (part[0].surface_area() + part[1].surface_area()) * (1.0 + super::cc() / 2.0);
-                let both = -cut + areas[0] * w(counts[0]) + areas[1] * w(counts[1]);
-                let only_left = grown[0].surface_area() * w(counts[0]) + areas[1] * w(counts[1] - 1.0);
-                let only_right = areas[0] * w(counts[0] - 1.0) + grown[1].surface_area() * w(counts[1]);
-                if only_left <= both.min(only_right) {
+                let saved = saved(&aabb, part);
+                let cut = both([&boxes[0], &boxes[1]], counts) - saved;
+                let only_left = both([&grown[0], &boxes[1]], [counts[0], counts[1] - 1]);
+                let only_right = both([&boxes[0], &grown[1]], [counts[0] - 1, counts[1]]);
+                if only_left <= cut.min(only_right) {
                     (boxes[0], *part) = (grown[0], [aabb, Aabb::EMPTY]);
-                    counts[1] -= 1.0;
-                } else if only_right <= both {
+                    counts[1] -= 1;
+                } else if only_right <= cut {
                     (boxes[1], *part) = (grown[1], [Aabb::EMPTY, aabb]);
-                    counts[0] -= 1.0;
-                } else { gain += cut; }
+                    counts[0] -= 1;
+                } else {
+                    saved_by_cuts += saved;
+                }
             }
             for (side, aabb) in [left as &mut Vec<_>, right].into_iter().zip(*part) {
                 if !aabb.is_empty() {
@@ -219,6 +229,6 @@ impl SpatialSplit {
                 }
             }
         }
-        boxes[0].surface_area() * w(counts[0]) + boxes[1].surface_area() * w(counts[1]) - gain
+        both([&boxes[0], &boxes[1]], counts) - saved_by_cuts
     }
 }

@@ -1,12 +1,12 @@
 //! One node: its best object split, its best spatial split, and the references on either side of the better one.
 
 use super::Sbvh;
-use super::object::Sweep;
+use super::estimate::nodes;
+use super::object::{ObjectSplit, Sweep};
 use super::reference::{Reference, Source};
-use super::spatial::Chop;
+use super::spatial::{Chop, SpatialSplit};
 use crate::build::{Probe, Work};
 use crate::geom::Aabb;
-use rayon::prelude::*;
 
 /// References from which on the axes of one node are searched in parallel.
 const PARALLEL_AXES: usize = 1 << 14;
@@ -34,19 +34,20 @@ pub(super) struct Workspace {
 /// Work done.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Effort {
-    /// Splits looked at.
-    pub splits: u64,
-    /// Unions of boxes.
-    pub unions: u64,
+    /// Object splits looked at.
+    splits: u64,
+    /// References put into bins between planes, on each axis.
+    binned: u64,
+    /// Planes looked at.
+    planes: u64,
 }
 
 impl Effort {
     /// Tells the probe; returns whether to go on.
     pub fn tell<P: Probe>(self, probe: &mut P) -> bool {
-        probe.add(Work::Combinations, self.splits);
-        probe.add(Work::ChildCosts, 2 * self.splits);
-        probe.add(Work::BoxUnions, self.unions);
-        probe.go_on(self.splits)
+        probe.add(Work::SplitCosts, self.splits + self.planes);
+        probe.add(Work::Binned, self.binned);
+        probe.go_on(self.splits + self.binned)
     }
 }
 
@@ -55,40 +56,20 @@ impl Splitter<'_> {
     /// references are added. Returns what is left of it for either side.
     pub fn split(&self, references: &[Reference], aabb: &Aabb, budget: usize, room: &mut Workspace) -> [usize; 2] {
         let n = references.len();
-        let Workspace { sweeps, chops, parts, left, right, effort } = room;
-        let object = |(axis, sweep): (usize, &mut Sweep)| sweep.best(references, axis);
-        let objects = if n < PARALLEL_AXES {
-            let mut all = sweeps.iter_mut().enumerate().map(object);
-            [all.next(), all.next(), all.next()]
-        } else {
-            let mut all = [None; 3];
-            sweeps.par_iter_mut().enumerate().zip(&mut all).for_each(|(s, out)| *out = Some(object(s)));
-            all
-        };
-        let object = objects.into_iter().flatten().reduce(|best, next| if next.precedes(&best, n) { next } else { best });
-        let Some(object) = object else { return [0, 0] };
-        effort.splits += 3 * (n as u64 - 1);
-        effort.unions += 6 * (n as u64 - 1);
-        left.clear();
-        right.clear();
-        if budget > 0 && object.overlap(references) > self.least_overlap {
-            let chop = |(axis, chop): (usize, &mut Chop)| {
-                chop.best(&self.source, references, aabb, axis, self.params.bins, budget)
-            };
-            let planes = if n < PARALLEL_AXES {
-                let mut all = chops.iter_mut().enumerate().map(chop);
-                [all.next().flatten(), all.next().flatten(), all.next().flatten()]
-            } else {
-                let mut all = [None; 3];
-                chops.par_iter_mut().enumerate().zip(&mut all).for_each(|(c, out)| *out = chop(c));
-                all
-            };
-            let spatial = planes.into_iter().flatten().reduce(|best, next| if next.cost < best.cost { next } else { best });
-            if let Some(spatial) = spatial.filter(|s| self.params.q > 5.0 || s.cost * self.params.q < object.cost) {
+        room.left.clear();
+        room.right.clear();
+        let object = room.best_object(references);
+        let sides = object.sides(references);
+        if budget > 0 && common_area(&sides[0].0, &sides[1].0) > self.least_overlap {
+            if let Some(spatial) = self.best_spatial(references, aabb, budget, room) {
+                let Workspace { parts, left, right, .. } = room;
                 let cost = spatial.part(&self.source, references, left, right, parts);
-                if cost >= object.real(references) { left.clear(); }
+                if cost >= sides.iter().map(|(aabb, n)| nodes(aabb.surface_area(), *n)).sum() {
+                    left.clear();
+                }
             }
         }
+        let Workspace { left, right, .. } = room;
         if left.is_empty() || right.is_empty() {
             left.clear();
             right.clear();
@@ -96,8 +77,80 @@ impl Splitter<'_> {
                 if object.is_left(reference, index) { &mut *left } else { &mut *right }.push(*reference);
             }
         }
-        let rest = budget - (left.len() + right.len() - n);
-        let share = (rest as u128 * left.len() as u128 / (left.len() + right.len()) as u128) as usize;
-        [share, rest - share]
+        share(budget - (left.len() + right.len() - n), [left, right])
+    }
+
+    /// The best plane of all axes; of equally good ones that of the lowest axis.
+    fn best_spatial(
+        &self,
+        references: &[Reference],
+        aabb: &Aabb,
+        budget: usize,
+        room: &mut Workspace,
+    ) -> Option<SpatialSplit> {
+        let best = |(axis, chop): (usize, &mut Chop)| {
+            chop.best(&self.source, references, aabb, axis, self.params.bins, budget)
+        };
+        let found = on_each_axis(references.len(), &mut room.chops, best);
+        room.effort.binned += 3 * references.len() as u64;
+        room.effort.planes += room.chops.iter().map(|chop| chop.planes() as u64).sum::<u64>();
+        found.into_iter().flatten().reduce(|best, next| if next.cost < best.cost { next } else { best })
+    }
+}
+
+impl Workspace {
+    /// The best object split of all axes.
+    fn best_object(&mut self, references: &[Reference]) -> ObjectSplit {
+        let n = references.len();
+        self.effort.splits += 3 * (n as u64 - 1);
+        let [x, y, z] = on_each_axis(n, &mut self.sweeps, |(axis, sweep)| sweep.best(references, axis));
+        let better = |best: ObjectSplit, next: ObjectSplit| if next.precedes(&best, n) { next } else { best };
+        better(better(x, y), z)
+    }
+}
+
+/// Does the same on each axis, in parallel where there are many references.
+fn on_each_axis<T: Send, R: Send>(n: usize, rooms: &mut [T; 3], work: impl Fn((usize, &mut T)) -> R + Sync) -> [R; 3] {
+    let [x, y, z] = rooms;
+    if n < PARALLEL_AXES {
+        return [work((0, x)), work((1, y)), work((2, z))];
+    }
+    let (x, (y, z)) = rayon::join(|| work((0, x)), || rayon::join(|| work((1, y)), || work((2, z))));
+    [x, y, z]
+}
+
+/// The surface area of what both boxes have in common.
+fn common_area(a: &Aabb, b: &Aabb) -> f64 {
+    Aabb::new(a.min.max(b.min), a.max.min(b.max)).surface_area()
+}
+
+/// Shares out `budget` in proportion to the areas of the references of both sides; where they have none, to their
+/// numbers.
+fn share(budget: usize, sides: [&[Reference]; 2]) -> [usize; 2] {
+    if budget == 0 {
+        return [0, 0];
+    }
+    let areas = sides.map(|side| side.iter().map(|r| r.aabb.surface_area()).sum::<f64>());
+    let [left, right] = if areas[0] + areas[1] > 0.0 { areas } else { sides.map(|side| side.len() as f64) };
+    let share = ((budget as f64 * (left / (left + right))) as usize).min(budget);
+    [share, budget - share]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    #[test]
+    fn the_budget_goes_where_the_areas_are() {
+        let cubes = |n: usize, size: f32| {
+            vec![Reference { aabb: Aabb::new(Vec3::ZERO, Vec3::splat(size)), id: 0 }; n]
+        };
+        assert_eq!(share(10, [&cubes(1, 2.0), &cubes(1, 1.0)]), [8, 2]);
+        assert_eq!(share(10, [&cubes(4, 1.0), &cubes(1, 2.0)]), [5, 5]);
+        assert_eq!(share(7, [&cubes(4, 0.0), &cubes(3, 0.0)]), [4, 3]);
+        assert_eq!(share(7, [&cubes(4, 1.0), &cubes(3, 0.0)]), [7, 0]);
+        assert_eq!(share(usize::MAX >> 1, [&cubes(4, 1.0), &cubes(3, 0.0)]), [usize::MAX >> 1, 0]);
+        assert_eq!(share(0, [&cubes(4, 1.0), &cubes(3, 1.0)]), [0, 0]);
     }
 }
