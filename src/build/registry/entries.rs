@@ -3,9 +3,9 @@
 use super::pipeline::{refined, widened};
 use super::{Builder, Engine, Parameter, Preset};
 use crate::build::binned_sah::{self, BinnedSah};
-use crate::build::sbvh::{self, Sbvh};
 use crate::build::bottom_up::agglo_kd::{self, AggloKd};
 use crate::build::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
+use crate::build::sbvh::{self, Sbvh};
 use crate::build::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
 use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, Probe, sweep_sah};
 use crate::bvh::Bvh;

@@ -143,9 +143,7 @@ mod tests {
 
     #[test]
     fn the_budget_goes_where_the_areas_are() {
-        let cubes = |n: usize, size: f32| {
-            vec![Reference { aabb: Aabb::new(Vec3::ZERO, Vec3::splat(size)), id: 0 }; n]
-        };
+        let cubes = |n: usize, size: f32| vec![Reference { aabb: Aabb::new(Vec3::ZERO, Vec3::splat(size)), id: 0 }; n];
         assert_eq!(share(10, [&cubes(1, 2.0), &cubes(1, 1.0)]), [8, 2]);
         assert_eq!(share(10, [&cubes(4, 1.0), &cubes(1, 2.0)]), [5, 5]);
         assert_eq!(share(7, [&cubes(4, 0.0), &cubes(3, 0.0)]), [4, 3]);

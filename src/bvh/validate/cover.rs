@@ -123,7 +123,9 @@ mod tests {
             let aabb = t.aabb();
             let planes: Vec<Vec<f32>> = (0..3)
                 .map(|axis| {
-                    let mut p: Vec<f32> = (0..1 + round % 9).map(|_| aabb.min[axis] + random.unit() * (aabb.max[axis] - aabb.min[axis])).collect();
+                    let mut p: Vec<f32> = (0..1 + round % 9)
+                        .map(|_| aabb.min[axis] + random.unit() * (aabb.max[axis] - aabb.min[axis]))
+                        .collect();
                     p.extend([aabb.min[axis], aabb.max[axis]]);
                     p.sort_by(f32::total_cmp);
                     p
