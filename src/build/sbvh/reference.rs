@@ -28,22 +28,23 @@ pub(super) struct Reference {
 pub(super) struct Source<'a>(pub Input<'a>);
 
 impl Source<'_> {
-    /// The part of the triangle in the reference's box; `None` where triangles are not known.
+    /// Puts the part of the triangle in the reference's box into `polygon`; `false` where triangles are not known.
     #[inline]
-    pub fn part(&self, reference: &Reference) -> Option<Polygon> {
+    pub fn part(&self, reference: &Reference, polygon: &mut Polygon) -> bool {
         let id = reference.id as usize;
-        let triangle = self.0.triangles?[id];
-        let mut polygon: Polygon = triangle.v.map(|p| p.as_dvec3()).into_iter().collect();
+        let Some(triangles) = self.0.triangles else { return false };
+        polygon.clear();
+        polygon.extend(triangles[id].v.map(|p| p.as_dvec3()));
         let (whole, part) = (&self.0.boxes[id], &reference.aabb);
         for axis in 0..3 {
             if part.min[axis] > whole.min[axis] {
-                polygon = cut(&polygon, axis, f64::from(part.min[axis]), 1.0);
+                *polygon = cut(polygon, axis, f64::from(part.min[axis]), 1.0);
             }
             if part.max[axis] < whole.max[axis] {
-                polygon = cut(&polygon, axis, f64::from(part.max[axis]), -1.0);
+                *polygon = cut(polygon, axis, f64::from(part.max[axis]), -1.0);
             }
         }
-        Some(polygon)
+        true
     }
 
     /// How far a box is drawn beyond the part it is around, in scene units.
@@ -73,11 +74,12 @@ impl Source<'_> {
         if bottom <= whole.min[axis] {
             return only_above;
         }
-        let Some(polygon) = self.part(reference) else {
+        let mut polygon = Polygon::new();
+        if !self.part(reference, &mut polygon) {
             let (mut below, mut above) = (*whole, *whole);
             (below.max[axis], above.min[axis]) = (top, bottom);
             return [below, above];
-        };
+        }
         let (below, above) = (cut(&polygon, axis, plane, -1.0), cut(&polygon, axis, plane, 1.0));
         match (below.is_empty(), above.is_empty()) {
             (_, true) => only_below,

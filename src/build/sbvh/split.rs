@@ -4,7 +4,7 @@ use super::Sbvh;
 use super::estimate::nodes;
 use super::object::{ObjectSplit, Sweep};
 use super::reference::{Reference, Source};
-use super::spatial::{Chop, SpatialSplit};
+use super::spatial::Chop;
 use crate::build::{Probe, Work};
 use crate::geom::Aabb;
 
@@ -24,7 +24,7 @@ pub(super) struct Splitter<'a> {
 #[derive(Debug, Default)]
 pub(super) struct Workspace {
     sweeps: [Sweep; 3],
-    chops: [Chop; 3],
+    chop: Chop,
     parts: Vec<[Aabb; 2]>,
     pub left: Vec<Reference>,
     pub right: Vec<Reference>,
@@ -61,8 +61,11 @@ impl Splitter<'_> {
         let object = room.best_object(references);
         let sides = object.sides(references);
         if budget > 0 && common_area(&sides[0].0, &sides[1].0) > self.least_overlap {
-            if let Some(spatial) = self.best_spatial(references, aabb, budget, room) {
-                let Workspace { parts, left, right, .. } = room;
+            let Workspace { chop, parts, left, right, effort, .. } = room;
+            let best = chop.best(&self.source, references, aabb, self.params.bins, budget);
+            effort.binned += 3 * n as u64;
+            effort.planes += chop.planes() as u64;
+            if let Some(spatial) = best {
                 let cost = spatial.part(&self.source, references, left, right, parts);
                 if cost >= sides.iter().map(|(aabb, n)| nodes(aabb.surface_area(), *n)).sum() {
                     left.clear();
@@ -78,23 +81,6 @@ impl Splitter<'_> {
             }
         }
         share(budget - (left.len() + right.len() - n), [left, right])
-    }
-
-    /// The best plane of all axes; of equally good ones that of the lowest axis.
-    fn best_spatial(
-        &self,
-        references: &[Reference],
-        aabb: &Aabb,
-        budget: usize,
-        room: &mut Workspace,
-    ) -> Option<SpatialSplit> {
-        let best = |(axis, chop): (usize, &mut Chop)| {
-            chop.best(&self.source, references, aabb, axis, self.params.bins, budget)
-        };
-        let found = on_each_axis(references.len(), &mut room.chops, best);
-        room.effort.binned += 3 * references.len() as u64;
-        room.effort.planes += room.chops.iter().map(|chop| chop.planes() as u64).sum::<u64>();
-        found.into_iter().flatten().reduce(|best, next| if next.cost < best.cost { next } else { best })
     }
 }
 
