@@ -3,7 +3,7 @@
 use super::arguments::{BuildArguments, RunArguments};
 use super::output::{json, maybe, say, spread_text};
 use super::{Failure, Outcome, off, wrong};
-use bvh_lab::build::{BuildOptions, Builder, Engine, Preset};
+use bvh_lab::build::{BuildOptions, Builder, Engine, Preset, find};
 use bvh_lab::cost::{SahParams, epo, sah, stats};
 use bvh_lab::lab::{BuildCell, Built, Measured, Repeats, human_seconds, measure_build, spread};
 use bvh_lab::rows::{Spread, Status};
@@ -260,7 +260,12 @@ fn text(r: &BuildReport) -> String {
         lines.push(format!("shape       average degree {}, depth {depth}, fullest leaf {leaf}", maybe(r.avg_degree)));
         lines.push(format!("cost        SAH {}, EPO {}", maybe(r.sah), maybe(r.epo)));
         lines.push(format!("memory      {} bytes", count(r.bytes)));
-        if r.q8_duplicated.unwrap_or(0) + r.q8_hidden.unwrap_or(0) > 0 {
+        if find(r.builder).is_some_and(|builder| builder.spatial) {
+            let references: usize =
+                r.leaf_histogram.iter().flatten().enumerate().map(|(size, leaves)| size * leaves).sum();
+            let several = count(r.q8_duplicated);
+            lines.push(format!("references  {references}, {several} triangles in more than one leaf"));
+        } else if r.q8_duplicated.unwrap_or(0) + r.q8_hidden.unwrap_or(0) > 0 {
             let (twice, hidden) = (count(r.q8_duplicated), count(r.q8_hidden));
             lines.push(format!("rule Q8     {twice} triangles in more than one leaf, {hidden} hidden from rays"));
         }

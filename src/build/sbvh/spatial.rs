@@ -6,7 +6,7 @@
 use super::estimate::{nodes, saved};
 use super::reference::{Reference, Source};
 use crate::geom::{Aabb, Polygon};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// A split by a plane.
@@ -199,18 +199,16 @@ fn fill(bins: &mut [Vec<Bin>; 3], planes: &[Planes; 3], source: &Source, referen
 #[inline(always)]
 fn chop(bins: &mut [Bin], planes: &Planes, polygon: &Polygon, axis: usize, first: usize, last: usize) {
     let bin_of = |p: DVec3| planes.count_below(p[axis], |at| at < p[axis]).clamp(first, last);
-    let mut grow = |bin: usize, p: DVec3| {
-        let p = p.as_vec3();
-        bins[bin].aabb = bins[bin].aabb.union(&Aabb::new(p, p));
-    };
+    let mut grow = |bin: usize, p: Vec3| bins[bin].aabb = bins[bin].aabb.union(&Aabb::new(p, p));
     let Some(&before) = polygon.last() else { return };
     let (mut from, mut from_bin) = (before, bin_of(before));
     for &to in polygon {
         let to_bin = bin_of(to);
-        grow(to_bin, to);
+        grow(to_bin, to.as_vec3());
+        let per_length = (to - from) / (to[axis] - from[axis]);
         for plane in from_bin.min(to_bin)..from_bin.max(to_bin) {
-            let at = f64::from(planes.at[plane]);
-            let mut crossing = from + (to - from) * ((at - from[axis]) / (to[axis] - from[axis]));
+            let at = planes.at[plane];
+            let mut crossing = (from + per_length * (f64::from(at) - from[axis])).as_vec3();
             crossing[axis] = at;
             grow(plane, crossing);
             grow(plane + 1, crossing);
