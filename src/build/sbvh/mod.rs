@@ -104,7 +104,7 @@ pub fn build<P: Probe>(input: Input, params: &Sbvh, probe: &mut P) -> Result<Bvh
     let mut upper = vec![Upper::Subtree(0)];
     let mut small: Vec<Open> = Vec::new();
     let mut large = Vec::new();
-    let mut sort = |open: Open, large: &mut Vec<Open>, upper: &mut Vec<Upper>| {
+    let sort = |open: Open, large: &mut Vec<Open>, small: &mut Vec<Open>, upper: &mut Vec<Upper>| {
         if open.references.len() > ALONE {
             large.push(open);
         } else {
@@ -112,9 +112,8 @@ pub fn build<P: Probe>(input: Input, params: &Sbvh, probe: &mut P) -> Result<Bvh
             small.push(open);
         }
     };
-    sort(Open { references, budget, place: 0 }, &mut large, &mut upper);
+    sort(Open { references, budget, place: 0 }, &mut large, &mut small, &mut upper);
     while !large.is_empty() {
-        let pending: Vec<_> = large.iter().map(|open| open.references.len()).collect();
         let split: Vec<_> = large.par_drain(..).map(|open| open.split(&splitter)).collect();
         let mut go_on = true;
         for (place, aabb, children, effort) in split {
@@ -122,30 +121,38 @@ pub fn build<P: Probe>(input: Input, params: &Sbvh, probe: &mut P) -> Result<Bvh
             for mut child in children {
                 child.place = upper.len();
                 upper.push(Upper::Subtree(0));
-                sort(child, &mut large, &mut upper);
+                sort(child, &mut large, &mut small, &mut upper);
             }
             go_on &= effort.tell(probe);
         }
         if !go_on {
-            return Err(BuildError::Stopped(Unfinished { pending }));
+            return Err(unfinished(large.iter().chain(&small)));
         }
     }
     let mut subtrees: Vec<Subtree> = Vec::with_capacity(small.len());
-    for first in (0..small.len()).step_by(BATCH) {
-        let batch = &mut small[first..(first + BATCH).min(subtrees.capacity())];
+    while subtrees.len() < small.len() {
+        let last = small.len().min(subtrees.len() + BATCH);
+        let batch = &mut small[subtrees.len()..last];
         let grow = |room: &mut Workspace, open: &mut Open| {
             Subtree::grow(&splitter, std::mem::take(&mut open.references), open.budget, room)
         };
         let grown: Vec<Subtree> = batch.par_iter_mut().with_max_len(1).map_init(Workspace::default, grow).collect();
-        let go_on = grown.iter().fold(true, |go_on, subtree| subtree.effort.tell(probe) && go_on);
+        let mut go_on = true;
+        for subtree in &grown {
+            go_on &= subtree.effort.tell(probe);
+        }
         subtrees.extend(grown);
         if !go_on {
-            let pending = small[subtrees.len()..].iter().map(|open| open.references.len()).collect();
-            return Err(BuildError::Stopped(Unfinished { pending }));
+            return Err(unfinished(&small[subtrees.len()..]));
         }
     }
     let bvh = assemble(&upper, &subtrees);
     Ok(if params.max_leaf > 1 { open_leaves(&bvh, params.max_leaf) } else { bvh })
+}
+
+/// What is left to do.
+fn unfinished<'a>(open: impl IntoIterator<Item = &'a Open>) -> BuildError {
+    BuildError::Stopped(Unfinished { pending: open.into_iter().map(|open| open.references.len()).collect() })
 }
 
 fn union(references: &[Reference]) -> Aabb {

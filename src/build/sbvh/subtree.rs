@@ -73,15 +73,19 @@ pub(super) fn assemble(upper: &[Upper], subtrees: &[Subtree]) -> Bvh {
                 let Subtree { nodes, triangle_ids, .. } = &subtrees[number];
                 // The root takes the place that is kept for it, all others follow.
                 let (first_node, first_slot) = (bvh.nodes.len() - 1, bvh.triangle_ids.len());
-                let moved = |n: &Node| match n.is_leaf() {
-                    true => Node::leaf(n.aabb, n.range().start + first_slot, n.count()),
-                    false => Node::inner(n.aabb, n.range().start + first_node, n.count()),
-                };
-                bvh.nodes[node] = moved(&nodes[0]);
-                bvh.nodes.extend(nodes[1..].iter().map(moved));
+                bvh.nodes[node] = moved(&nodes[0], first_node, first_slot);
+                bvh.nodes.extend(nodes[1..].iter().map(|n| moved(n, first_node, first_slot)));
                 bvh.triangle_ids.extend_from_slice(triangle_ids);
             }
         }
     }
     bvh
+}
+
+/// The node, with children or slots so much further behind.
+fn moved(node: &Node, nodes: usize, slots: usize) -> Node {
+    match node.is_leaf() {
+        true => Node::leaf(node.aabb, node.range().start + slots, node.count()),
+        false => Node::inner(node.aabb, node.range().start + nodes, node.count()),
+    }
 }
