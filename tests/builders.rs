@@ -1,7 +1,7 @@
 //! Every builder, reading, engine and arity on every generated family at small sizes: valid trees, the same ones every time.
 
 use bvh_lab::build::{BUILDERS, Brake, BuildError, BuildOptions, Builder, Counters, Input, Parameter, Preset};
-use bvh_lab::bvh::{Bvh, tree_hash, validate};
+use bvh_lab::bvh::{Bvh, tree_hash, validate, validate_parts};
 use bvh_lab::geom::Aabb;
 use bvh_lab::scene::Scene;
 use bvh_lab::scene::families::FAMILIES;
@@ -40,6 +40,25 @@ fn every_family_at_every_small_size() {
             let boxes = Scene::load(&format!("gen:{}:{n}", family.name)).unwrap().boxes();
             assert_eq!(boxes.len(), n);
             variants().for_each(|v| drop(build(v, &boxes)));
+        }
+    }
+}
+
+#[test]
+fn known_triangles_make_valid_trees_the_same_ones_every_time() {
+    for family in FAMILIES {
+        for n in (1..=9).chain([33, 120]) {
+            let scene = Scene::load(&format!("gen:{}:{n}", family.name)).unwrap();
+            let boxes = scene.boxes();
+            let input = Input::of_triangles(&scene.triangles, &boxes);
+            for (builder, options) in variants().filter(|(builder, _)| builder.spatial) {
+                let bvh = (builder.counted)(input, &options, &mut Counters::default()).unwrap();
+                if let Err(violations) = validate_parts(&bvh, &scene.triangles, &boxes, &builder.limits(&options)) {
+                    panic!("{} {options:?}, {}, {n} triangles: {violations}", builder.id, family.name);
+                }
+                let again = (builder.timed)(input, &options, &mut Brake::default()).unwrap();
+                assert_eq!(tree_hash(&bvh), tree_hash(&again), "{} {options:?}", builder.id);
+            }
         }
     }
 }

@@ -8,6 +8,7 @@ mod options;
 mod original_kdtree;
 mod probe;
 mod registry;
+pub mod sbvh;
 mod subtrees;
 pub mod sweep_sah;
 #[cfg(test)]

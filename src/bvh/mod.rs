@@ -7,7 +7,7 @@ pub(crate) mod testing;
 mod validate;
 
 pub use hash::{TreeHash, tree_hash};
-pub use validate::{Coverage, Limits, Violation, Violations, validate};
+pub use validate::{Coverage, Limits, Violation, Violations, validate, validate_parts};
 
 use crate::geom::Aabb;
 

@@ -4,7 +4,7 @@ use super::arguments::{BuildArguments, RunArguments};
 use super::output::{json, maybe, say, short, spread_text};
 use super::tree_file::{self, RefitReport};
 use super::{Failure, Outcome, off, wrong};
-use bvh_lab::build::{BuildOptions, Engine, Preset};
+use bvh_lab::build::{BuildOptions, Engine, Preset, find};
 use bvh_lab::bvh::file::{self, SavedTree};
 use bvh_lab::bvh::{Bvh, Coverage, Limits, tree_hash};
 use bvh_lab::cost::{SahParams, epo, leaf_counts, sah, stats};
@@ -324,7 +324,12 @@ fn text(r: &BuildReport) -> String {
         let lcv = r.lcv.map_or_else(String::new, |lcv| format!(", LCV {}", short(lcv)));
         lines.push(format!("cost        SAH {}, EPO {}{lcv}", maybe(r.sah), maybe(r.epo)));
         lines.push(format!("memory      {} bytes", count(r.bytes)));
-        if r.q8_duplicated.unwrap_or(0) + r.q8_hidden.unwrap_or(0) > 0 {
+        let references: usize = r.leaf_histogram.iter().flatten().enumerate().map(|(size, leaves)| size * leaves).sum();
+        let repeats = references > r.triangles && r.q8_hidden == Some(0);
+        if find(r.builder).map_or(repeats, |builder| builder.spatial) {
+            let several = count(r.q8_duplicated);
+            lines.push(format!("references  {references}, {several} triangles in more than one leaf"));
+        } else if r.q8_duplicated.unwrap_or(0) + r.q8_hidden.unwrap_or(0) > 0 {
             let (twice, hidden) = (count(r.q8_duplicated), count(r.q8_hidden));
             lines.push(format!("rule Q8     {twice} triangles in more than one leaf, {hidden} hidden from rays"));
         }

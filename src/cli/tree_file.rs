@@ -6,7 +6,7 @@ use super::output::{short, spread_text};
 use super::{Failure, Outcome, off, wrong};
 use bvh_lab::build::{BuildOptions, Parameter};
 use bvh_lab::bvh::file::{self, FileError, SavedTree, UnfittedTree};
-use bvh_lab::bvh::{Limits, validate};
+use bvh_lab::bvh::{Limits, validate_parts};
 use bvh_lab::cost::{SahParams, sah};
 use bvh_lab::lab::{BuildCell, repeat};
 use bvh_lab::refine::refit;
@@ -94,7 +94,7 @@ fn refit_file(a: &BuildArguments, path: &Path, scene: &Scene) -> Result<(SavedTr
         refit(&mut bvh, &scene.boxes());
         Ok::<(), Failure>(())
     })?;
-    let coverage = validate(&bvh, &scene.boxes(), &limits)
+    let coverage = validate_parts(&bvh, &scene.triangles, &scene.boxes(), &limits)
         .map_err(|violations| wrong(FileError::Invalid { path: path.into(), violations }))?;
     let after = sah(&bvh, SahParams::default());
     let over = |below: Option<f64>| after.zip(below).filter(|(_, b)| *b > 0.0).map(|(a, b)| a / b);

@@ -18,6 +18,13 @@ pub enum Step {
     Leaves,
 }
 
+impl Step {
+    /// Whether it can be taken on a tree in which spatial splits put parts of a triangle into several leaves.
+    pub const fn takes_parts(self) -> bool {
+        matches!(self, Self::Leaves)
+    }
+}
+
 /// What a step is called, where it comes from, and the code.
 #[derive(Clone, Copy, Debug)]
 pub struct StepInfo {

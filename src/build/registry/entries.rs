@@ -3,7 +3,9 @@
 use super::pipeline::{refined, widened};
 use super::{Builder, Engine, Parameter, Preset};
 use crate::build::binned_sah::{self, BinnedSah};
+use crate::build::bottom_up::agglo_kd::{self, AggloKd};
 use crate::build::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
+use crate::build::sbvh::{self, Sbvh};
 use crate::build::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
 use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, Probe, sweep_sah};
 use crate::bvh::Bvh;
@@ -54,6 +56,19 @@ pub const BUILDERS: &[Builder] = &[
         counted: agglo_local::<Counters>,
     },
     Builder {
+        id: "agglo-kd",
+        paper: "Walter et al. 2008; Gu et al. 2013",
+        summary: "clustering among the nearest centres only, found by kiddo's k-d tree (--radius: how many)",
+        presets: &[],
+        engines: &[],
+        parameters: &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse, Parameter::Radius],
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: agglo_kd::<Brake>,
+        counted: agglo_kd::<Counters>,
+    },
+    Builder {
         id: "sweep-sah",
         paper: "MacDonald and Booth 1990",
         summary: "every split of the sorted centres of each axis by its cost: what others are measured by",
@@ -78,6 +93,25 @@ pub const BUILDERS: &[Builder] = &[
         arities: MODERN_ARITIES,
         timed: binned_sah::<Brake>,
         counted: binned_sah::<Counters>,
+    },
+    Builder {
+        id: "sbvh",
+        paper: "Stich, Friedrich and Dietrich 2009",
+        summary: "object splits as sweep-sah, and spatial splits that cut triangles in two within a budget",
+        presets: &[],
+        engines: &[],
+        parameters: &[
+            Parameter::MaxLeaf,
+            Parameter::Refine,
+            Parameter::Collapse,
+            Parameter::Bins,
+            Parameter::SplitBudget,
+        ],
+        parallel: |_| true,
+        spatial: true,
+        arities: MODERN_ARITIES,
+        timed: sbvh::<Brake>,
+        counted: sbvh::<Counters>,
     },
 ];
 
@@ -119,6 +153,14 @@ fn agglo_local<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) ->
     })
 }
 
+fn agglo_kd<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    refined(options, |max_leaf| {
+        let neighbours = options.radius.unwrap_or(AggloKd::default().neighbours);
+        let triangles = agglo_kd::build(input.boxes, &AggloKd { neighbours }, probe)?;
+        Ok(open_leaves(&triangles, max_leaf))
+    })
+}
+
 fn sweep_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
     refined(options, |max_leaf| sweep_sah::build(input.boxes, &sweep_sah::SweepSah { max_leaf }, probe))
 }
@@ -127,5 +169,14 @@ fn binned_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> 
     refined(options, |max_leaf| {
         let bins = options.bins.unwrap_or(BinnedSah::default().bins);
         binned_sah::build(input.boxes, &BinnedSah { max_leaf, bins }, probe)
+    })
+}
+
+fn sbvh<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    refined(options, |max_leaf| {
+        let default = Sbvh::default();
+        let bins = options.bins.unwrap_or(default.bins);
+        let budget = options.split_budget.unwrap_or(default.budget);
+        sbvh::build(input, &Sbvh { max_leaf, bins, budget, ..default }, probe)
     })
 }

@@ -54,10 +54,11 @@
 //! Children of a node stand next to each other, and behind their parent: breadth-first and depth-first numberings with
 //! adjacent siblings both do. Every node but the root has one parent. Boxes are exact: a leaf's is the union of its
 //! triangles' boxes, an inner node's that of its children's, by minimum and maximum of f32 and without padding. Without flags
-//! every triangle stands in exactly one slot. A leaf without triangles is refused, but where rule Q8 made it.
+//! every triangle stands in exactly one slot. With flag 0 a leaf's box may be smaller, as it bounds parts of its triangles: the
+//! leaves that hold a triangle must cover it ([`super::validate_parts`]). A leaf without triangles is refused, but where rule Q8 made it.
 //!
 //! [`read()`] believes nothing: it allocates no more than the file holds, whatever the numbers in it say, checks both checksums and
-//! every index, and then runs [`super::validate`] against the scene. So a tree for another scene is refused. A tree whose boxes are
+//! every index, and then runs [`super::validate_parts`] against the scene. So a tree for another scene is refused. A tree whose boxes are
 //! not exact, or not of this scene any more as its vertices have moved, is read by [`read_unfitted`] and given its boxes by
 //! [`crate::refine::refit`]: `bvh-lab build SCENE --tree TREE.bvh --refit -o NEW.bvh`.
 //!
@@ -125,7 +126,7 @@ mod tests;
 
 pub use error::{FileError, Malformed};
 
-use super::{Bvh, Coverage, Limits, validate};
+use super::{Bvh, Coverage, Limits, validate_parts};
 use crate::geom::{Aabb, Triangle};
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -164,7 +165,7 @@ pub struct SavedTree {
 /// boxes hold no NaN; whether it is a tree, and of which scene, has not been looked at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnfittedTree {
-    /// The tree, fit for [`crate::refine::refit`] and [`super::validate`].
+    /// The tree, fit for [`crate::refine::refit`] and [`super::validate_parts`].
     pub bvh: Bvh,
     /// What its builder held it to.
     pub limits: Limits,
@@ -208,7 +209,7 @@ impl SceneMark {
 /// [`FileError::Write`].
 ///
 /// # Panics
-/// On a tree that its builder's [`super::validate`] would not pass: without nodes, or with more triangles than ids.
+/// On a tree that its builder's [`super::validate_parts`] would not pass: without nodes, or with more triangles than ids.
 pub fn write(path: &Path, bvh: &Bvh, limits: &Limits, triangles: &[Triangle]) -> Result<(), FileError> {
     let mark = SceneMark::of(triangles);
     replace(path, |out| encode::encode(out, bvh, limits, &mark))
@@ -231,7 +232,7 @@ fn fitted(path: &Path, tree: UnfittedTree, triangles: &[Triangle]) -> Result<Sav
         return Err(FileError::OtherScene { path: path.into(), built_for: scene, here });
     }
     let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
-    match validate(&bvh, &boxes, &limits) {
+    match validate_parts(&bvh, triangles, &boxes, &limits) {
         Ok(coverage) => Ok(SavedTree { bvh, limits, coverage }),
         Err(violations) => Err(FileError::Invalid { path: path.into(), violations }),
     }

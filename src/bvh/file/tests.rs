@@ -1,7 +1,7 @@
 use super::*;
 use crate::build::{BUILDERS, Brake, BuildOptions, Input, Parameter};
 use crate::bvh::testing::{Random, boxes, median_split, random_tree, soup};
-use crate::bvh::{Node, tree_hash};
+use crate::bvh::{Node, tree_hash, validate};
 use crate::cost::{SahParams, sah};
 use crate::refine::refit;
 use glam::Vec3;
