@@ -1,9 +1,10 @@
 //! Refinement: from a tree to a tree. Each step is one file and one entry of [`STEPS`].
 
 mod collapse;
+mod layout;
 mod leaves;
 
-pub use collapse::collapse;
+pub use collapse::{Collapse, collapse, collapse_greedily, collapse_optimally};
 pub use leaves::open_leaves;
 
 use crate::bvh::Bvh;
@@ -91,32 +92,6 @@ impl FromStr for Refinements {
             *place = Some(info.step);
         }
         Ok(Self(steps))
-    }
-}
-
-/// How a binary tree becomes one of higher arity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Collapse {
-    /// [`collapse`], the thesis': wherever there is room.
-    Thesis,
-}
-
-impl Collapse {
-    /// All ways.
-    pub const ALL: [Self; 1] = [Self::Thesis];
-
-    /// Its name on the command line and in rows.
-    pub const fn id(self) -> &'static str {
-        match self {
-            Self::Thesis => "thesis",
-        }
-    }
-
-    /// From a binary tree to one of arity at most `arity`.
-    pub fn apply(self, bvh: &Bvh, arity: usize) -> Bvh {
-        match self {
-            Self::Thesis => collapse(bvh, arity),
-        }
     }
 }
 

@@ -1,13 +1,13 @@
 //! One entry a builder, in the order of `list builders`.
 
-use super::pipeline::{refined, widened};
+use super::pipeline::refined;
 use super::{Builder, Engine, Parameter, Preset};
 use crate::build::binned_sah::{self, BinnedSah};
 use crate::build::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
 use crate::build::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
 use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, Probe, sweep_sah};
 use crate::bvh::Bvh;
-use crate::refine::{Collapse, open_leaves};
+use crate::refine::{collapse, open_leaves};
 
 /// What every builder of binary trees understands.
 const BINARY: &[Parameter] = &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse];
@@ -109,7 +109,7 @@ fn bottom_up<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> R
         (Preset::Text, Engine::Literal) => all_pairs_literal::build(boxes, Distance::Centres, probe),
         (Preset::Walter, Engine::Literal) => all_pairs_literal::build(boxes, Distance::UnionArea, probe),
     }?;
-    Ok(widened(binary, options.arity, Collapse::Thesis))
+    Ok(if options.arity == 2 { binary } else { collapse(&binary, options.arity) })
 }
 
 fn agglo_local<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {

@@ -5,7 +5,7 @@ use crate::bvh::Bvh;
 use crate::refine::Collapse;
 
 /// How modern builders' trees get their arity unless told otherwise.
-const DEFAULT_COLLAPSE: Collapse = Collapse::Thesis;
+const DEFAULT_COLLAPSE: Collapse = Collapse::Optimal;
 
 /// Builds, refines and collapses as `options` ask. `build` is told the most triangles that a leaf may hold; that is one
 /// where steps follow: they move single triangles, and leaves are made last.
@@ -15,10 +15,6 @@ pub(super) fn refined(
 ) -> Result<Bvh, BuildError> {
     let max_leaf = options.max_leaf.unwrap_or(MAX_LEAF);
     let binary = if options.refine.is_empty() { build(max_leaf)? } else { options.refine.apply(build(1)?, max_leaf) };
-    Ok(widened(binary, options.arity, options.collapse.unwrap_or(DEFAULT_COLLAPSE)))
-}
-
-/// The tree at another arity than 2.
-pub(super) fn widened(binary: Bvh, arity: usize, collapse: Collapse) -> Bvh {
-    if arity == 2 { binary } else { collapse.apply(&binary, arity) }
+    let collapse = options.collapse.unwrap_or(DEFAULT_COLLAPSE);
+    Ok(if options.arity == 2 { binary } else { collapse.apply(&binary, options.arity, max_leaf) })
 }
