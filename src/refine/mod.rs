@@ -1,11 +1,16 @@
 //! Refinement: from a tree to a tree. Each step is one file and one entry of [`STEPS`].
 
 mod collapse;
+mod dynamic;
 mod layout;
 mod leaves;
+mod reinsertion;
+mod watch;
 
 pub use collapse::{Collapse, collapse, collapse_greedily, collapse_optimally};
 pub use leaves::open_leaves;
+pub use reinsertion::{Reinsertion, reinsert};
+pub use watch::Watch;
 
 use crate::bvh::Bvh;
 use std::str::FromStr;
@@ -15,6 +20,10 @@ use std::str::FromStr;
 pub enum Step {
     /// [`open_leaves`].
     Leaves,
+    /// [`reinsert`] by the default parameters.
+    Reinsertion,
+    /// [`reinsert`] by [`Reinsertion::PAIRS`].
+    ReinsertionPairs,
 }
 
 /// What a step is called, where it comes from, and the code.
@@ -29,17 +38,33 @@ pub struct StepInfo {
     /// What it does, in one line.
     pub summary: &'static str,
     /// From a valid binary tree, and the most triangles that a leaf may hold, to a valid binary tree.
-    pub apply: fn(&Bvh, usize) -> Bvh,
+    pub apply: fn(&Bvh, usize, &mut Watch) -> Bvh,
 }
 
 /// All steps.
-pub const STEPS: &[StepInfo] = &[StepInfo {
-    id: "leaves",
-    step: Step::Leaves,
-    paper: "MacDonald and Booth 1990",
-    summary: "subtrees become leaves where that lowers the cost; last of every other step, too",
-    apply: open_leaves,
-}];
+pub const STEPS: &[StepInfo] = &[
+    StepInfo {
+        id: "leaves",
+        step: Step::Leaves,
+        paper: "MacDonald and Booth 1990",
+        summary: "SAH-optimal leaf collapse: subtrees become leaves where that lowers the cost; last of every other step, too",
+        apply: |bvh, max_leaf, _| open_leaves(bvh, max_leaf),
+    },
+    StepInfo {
+        id: "reinsertion",
+        step: Step::Reinsertion,
+        paper: "Meister and Bittner 2018",
+        summary: "subtrees move to where they enlarge the tree least, the largest first",
+        apply: |bvh, max_leaf, watch| reinsert(bvh, max_leaf, &Reinsertion::default(), watch),
+    },
+    StepInfo {
+        id: "reinsertion-pairs",
+        step: Step::ReinsertionPairs,
+        paper: "Bittner, Hapala and Havran 2013; Meister and Bittner 2018",
+        summary: "reinsertion for as long as it gains, then of two subtrees at once where one alone gains nothing",
+        apply: |bvh, max_leaf, watch| reinsert(bvh, max_leaf, &Reinsertion::PAIRS, watch),
+    },
+];
 
 /// Steps in the order in which they are taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,9 +86,10 @@ impl Refinements {
         })
     }
 
-    /// Takes the steps, then [`open_leaves`] if it was not the last of them.
-    pub fn apply(&self, bvh: Bvh, max_leaf: usize) -> Bvh {
-        let refined = self.iter().fold(bvh, |bvh, info| (info.apply)(&bvh, max_leaf));
+    /// Takes the steps, then [`open_leaves`] if it was not the last of them. A tree that is less refined where the watch was
+    /// told to stop.
+    pub fn apply(&self, bvh: Bvh, max_leaf: usize, watch: &mut Watch) -> Bvh {
+        let refined = self.iter().fold(bvh, |bvh, info| (info.apply)(&bvh, max_leaf, watch));
         match self.iter().last() {
             Some(info) if info.step != Step::Leaves => open_leaves(&refined, max_leaf),
             _ => refined,

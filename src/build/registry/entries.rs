@@ -113,18 +113,18 @@ fn bottom_up<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> R
 }
 
 fn agglo_local<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| {
+    refined(options, probe, |max_leaf, probe| {
         let triangles = union_area::build_with_leaves(input.boxes, 1, probe)?;
         Ok(open_leaves(&triangles, max_leaf))
     })
 }
 
 fn sweep_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| sweep_sah::build(input.boxes, &sweep_sah::SweepSah { max_leaf }, probe))
+    refined(options, probe, |max_leaf, probe| sweep_sah::build(input.boxes, &sweep_sah::SweepSah { max_leaf }, probe))
 }
 
 fn binned_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| {
+    refined(options, probe, |max_leaf, probe| {
         let bins = options.bins.unwrap_or(BinnedSah::default().bins);
         binned_sah::build(input.boxes, &BinnedSah { max_leaf, bins }, probe)
     })
