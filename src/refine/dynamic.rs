@@ -293,6 +293,14 @@ impl<'a> Dynamic<'a> {
         self.tighten(above) - own
     }
 
+    /// Swaps two subtrees, of which neither is part of the other. What the cost loses.
+    pub fn swap(&mut self, a: u32, b: u32) -> f64 {
+        let (at_a, at_b) = (self.take(a), self.take(b));
+        self.put(a, at_b);
+        self.put(b, at_a);
+        self.tighten(self.at(b).parent) + self.tighten(self.at(a).parent)
+    }
+
     /// Takes a move back, if nothing was moved since.
     pub fn take_back(&mut self, moved: &Moved) {
         let Moved { old, now, .. } = *moved;

@@ -5,11 +5,13 @@ mod dynamic;
 mod layout;
 mod leaves;
 mod reinsertion;
+mod rotations;
 mod watch;
 
 pub use collapse::{Collapse, collapse, collapse_greedily, collapse_optimally};
 pub use leaves::open_leaves;
 pub use reinsertion::{Reinsertion, reinsert};
+pub use rotations::rotate;
 pub use watch::Watch;
 
 use crate::bvh::Bvh;
@@ -24,6 +26,8 @@ pub enum Step {
     Reinsertion,
     /// [`reinsert`] by [`Reinsertion::PAIRS`].
     ReinsertionPairs,
+    /// [`rotate`].
+    Rotations,
 }
 
 /// What a step is called, where it comes from, and the code.
@@ -63,6 +67,13 @@ pub const STEPS: &[StepInfo] = &[
         paper: "Bittner, Hapala and Havran 2013; Meister and Bittner 2018",
         summary: "reinsertion for as long as it gains, then of two subtrees at once where one alone gains nothing",
         apply: |bvh, max_leaf, watch| reinsert(bvh, max_leaf, &Reinsertion::PAIRS, watch),
+    },
+    StepInfo {
+        id: "rotations",
+        step: Step::Rotations,
+        paper: "Kensler 2008",
+        summary: "children and grandchildren swap places where that makes boxes smaller",
+        apply: rotate,
     },
 ];
 
