@@ -46,11 +46,11 @@ impl Wide {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// Half the surface area.
+    /// Half the surface area, in f32.
     #[inline(always)]
     pub fn half_area(&self) -> f32 {
         let e = self.max - self.min;
-        e.x * e.y + (e.y * e.z + e.z * e.x)
+        e.x * (e.y + e.z) + e.y * e.z
     }
 
     /// Half the surface area in f64.
@@ -301,6 +301,61 @@ impl<'a> Dynamic<'a> {
         self.tighten(self.at(b).parent) + self.tighten(self.at(a).parent)
     }
 
+    /// All slots, from the deepest level up, on each level from the right.
+    pub fn from_the_deepest(&self) -> Vec<u32> {
+        let mut order = vec![ROOT];
+        let mut done = 0;
+        while let Some(&slot) = order.get(done) {
+            order.extend(self.at(slot).pair().into_iter().flat_map(|pair| [pair, pair + 1]));
+            done += 1;
+        }
+        order.reverse();
+        order
+    }
+
+    /// Gives the treelet below `root`, which consists of `pairs` over `parts`, another shape: `splits` of sets of parts, each
+    /// with the set on its left, those above before those below. Leaves it as it is where that is not cheaper. What the
+    /// cost loses.
+    pub fn reshape(&mut self, root: u32, pairs: &[u32], parts: &[u32], splits: &[[u8; 2]]) -> f64 {
+        let old: Vec<_> =
+            std::iter::once(root).chain(pairs.iter().flat_map(|&p| [p, p + 1])).map(|s| (s, self.take(s))).collect();
+        let contents: Vec<_> = parts.iter().map(|&part| self.take(part)).collect();
+        let inner: Vec<u32> = old.iter().map(|o| o.0).filter(|slot| !parts.contains(slot)).collect();
+        let mut gain: f64 = inner.iter().map(|&slot| self.own_cost(slot)).sum();
+        // The slot of every set that was met.
+        let mut places = vec![(splits[0][0], root)];
+        for (&[set, left], &pair) in splits.iter().zip(pairs) {
+            let slot = places.iter().find(|place| place.0 == set).expect("those above come first").1;
+            let (_, sum) = self.take(slot);
+            let parent = Slot { link: pair, ..*self.at(slot) };
+            self.put(slot, (parent, sum));
+            for (side, slot) in [(left, pair), (set & !left, pair + 1)] {
+                if side.is_power_of_two() {
+                    self.put(slot, contents[side.trailing_zeros() as usize]);
+                } else {
+                    places.push((side, slot));
+                }
+            }
+        }
+        for &(_, slot) in places.iter().rev() {
+            let pair = self.at(slot).pair().expect("a set of two parts or more");
+            let wide = self.at(pair).wide().union(&self.at(pair + 1).wide());
+            self.slots[slot as usize].set_box(&wide);
+            self.sums[slot as usize] = self.sum(slot);
+            gain -= self.own_cost(slot);
+        }
+        let above = self.at(root).parent;
+        gain += self.tighten(above);
+        if gain <= 0.0 {
+            for (slot, content) in old {
+                self.put(slot, content);
+            }
+            self.tighten(above);
+            return 0.0;
+        }
+        gain
+    }
+
     /// Takes a move back, if nothing was moved since.
     pub fn take_back(&mut self, moved: &Moved) {
         let Moved { old, now, .. } = *moved;
@@ -337,5 +392,43 @@ impl<'a> Dynamic<'a> {
             }
         }
         Bvh { nodes, triangle_ids, arity: self.input.arity }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::testing::{boxes, random_tree, soup};
+    use crate::bvh::{tree_hash, validate};
+
+    #[test]
+    fn a_slot_is_half_a_cache_line_and_its_areas_are_those_of_the_box() {
+        assert_eq!(size_of::<Slot>(), 32);
+        for (seed, size) in [(1, 0.5), (2, 1e19), (3, 1e-19)] {
+            let boxes: Vec<_> =
+                boxes(&soup(seed, 50, 0.5)).iter().map(|b| Aabb::new(b.min * size, b.max * size)).collect();
+            let bvh = random_tree(seed, &boxes, 2, 1);
+            let tree = Dynamic::new(&bvh, 1).unwrap();
+            let extent = bvh.root().aabb.extent().max_element();
+            let scaled = (tree.at(ROOT).wide().exact_half_area() / (0.5 * bvh.root().aabb.surface_area())).sqrt();
+            assert!((0.5..2.0).contains(&(extent * scaled)));
+            for slot in std::iter::once(ROOT).chain(tree.all_but_root()) {
+                let wide = tree.at(slot).wide();
+                let exact = wide.exact_half_area();
+                assert!((f64::from(wide.half_area()) - exact).abs() <= 1e-6 * exact);
+                assert!(slot == ROOT || tree.above(slot).contains(&wide));
+            }
+            assert_eq!(tree_hash(&tree.finish()), tree_hash(&bvh));
+            assert!(validate(&tree.finish(), &boxes, &Default::default()).is_ok());
+        }
+    }
+
+    #[test]
+    fn no_tree_where_there_is_nothing_to_change() {
+        let boxes = boxes(&soup(1, 9, 0.5));
+        assert!(Dynamic::new(&random_tree(1, &boxes[..2], 2, 1), 1).is_none());
+        assert!(Dynamic::new(&random_tree(1, &boxes[..3], 2, 1), 1).is_some());
+        assert!(Dynamic::new(&random_tree(1, &boxes, 9, 1), 1).is_none());
+        assert!(Dynamic::new(&Bvh { nodes: Vec::new(), triangle_ids: Vec::new(), arity: 2 }, 1).is_none());
     }
 }

@@ -6,12 +6,14 @@ mod layout;
 mod leaves;
 mod reinsertion;
 mod rotations;
+mod treelets;
 mod watch;
 
 pub use collapse::{Collapse, collapse, collapse_greedily, collapse_optimally};
 pub use leaves::open_leaves;
 pub use reinsertion::{Reinsertion, reinsert};
 pub use rotations::rotate;
+pub use treelets::restructure;
 pub use watch::Watch;
 
 use crate::bvh::Bvh;
@@ -28,6 +30,8 @@ pub enum Step {
     ReinsertionPairs,
     /// [`rotate`].
     Rotations,
+    /// [`restructure`].
+    Treelets,
 }
 
 /// What a step is called, where it comes from, and the code.
@@ -74,6 +78,13 @@ pub const STEPS: &[StepInfo] = &[
         paper: "Kensler 2008",
         summary: "children and grandchildren swap places where that makes boxes smaller",
         apply: rotate,
+    },
+    StepInfo {
+        id: "treelets",
+        step: Step::Treelets,
+        paper: "Karras and Aila 2013",
+        summary: "parts of seven subtrees get the best of all shapes",
+        apply: restructure,
     },
 ];
 

@@ -12,7 +12,7 @@
 //! Deviations: no simulated annealing; children that are leaves swap as others do.
 
 use super::Watch;
-use super::dynamic::{Dynamic, ROOT};
+use super::dynamic::Dynamic;
 use crate::bvh::Bvh;
 
 /// Passes end when one has lowered the cost by less than this part.
@@ -44,14 +44,8 @@ pub fn rotate(bvh: &Bvh, max_leaf: usize, watch: &mut Watch) -> Bvh {
 
 /// Visits all inner nodes: what the cost lost.
 fn pass(tree: &mut Dynamic, watch: &mut Watch) -> f64 {
-    // Level by level. Rotations move what is deeper than their node alone, and so was visited.
-    let mut order = vec![ROOT];
-    let mut done = 0;
-    while let Some(&slot) = order.get(done) {
-        order.extend(tree.at(slot).pair().into_iter().flat_map(|pair| [pair, pair + 1]));
-        done += 1;
-    }
-    order.reverse();
+    // Rotations move what is deeper than their node alone, and so was visited.
+    let order = tree.from_the_deepest();
     let mut gain = 0.0;
     for batch in order.chunks(BATCH) {
         for &slot in batch {
@@ -105,6 +99,7 @@ mod tests {
     use crate::bvh::{Limits, Node, tree_hash, validate};
     use crate::cost::{SahParams, sah};
     use crate::geom::Aabb;
+    use crate::refine::dynamic::ROOT;
     use crate::refine::open_leaves;
     use glam::Vec3;
     use proptest::prelude::*;

@@ -15,13 +15,15 @@ pub(super) fn refined<P: Probe>(
     build: impl FnOnce(usize, &mut P) -> Result<Bvh, BuildError>,
 ) -> Result<Bvh, BuildError> {
     let max_leaf = options.max_leaf.unwrap_or(MAX_LEAF);
+    let collapse = options.collapse.unwrap_or(DEFAULT_COLLAPSE);
     let binary = if options.refine.is_empty() {
         build(max_leaf, probe)?
     } else {
         let built = build(1, probe)?;
-        steps(&options.refine, built, max_leaf, probe)?
+        // The optimal collapse makes the leaves itself: wide nodes are worth more than binary ones, and want smaller leaves.
+        let in_leaf = if options.arity > 2 && collapse == Collapse::Optimal { 1 } else { max_leaf };
+        steps(&options.refine, built, in_leaf, probe)?
     };
-    let collapse = options.collapse.unwrap_or(DEFAULT_COLLAPSE);
     Ok(if options.arity == 2 { binary } else { collapse.apply(&binary, options.arity, max_leaf) })
 }
 

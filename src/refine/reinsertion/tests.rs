@@ -79,6 +79,11 @@ proptest! {
         }
     }
 
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
     #[test]
     fn threads_scale_and_repetition_change_nothing(seed: u64, n in 100usize..300) {
         let boxes = boxes(&soup(seed, n, 0.2));
