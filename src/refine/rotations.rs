@@ -45,7 +45,7 @@ pub fn rotate(bvh: &Bvh, max_leaf: usize, watch: &mut Watch) -> Bvh {
 /// Visits all inner nodes: what the cost lost.
 fn pass(tree: &mut Dynamic, watch: &mut Watch) -> f64 {
     // Rotations move what is deeper than their node alone, and so was visited.
-    let order = tree.from_the_deepest();
+    let order = tree.deepest_first();
     let mut gain = 0.0;
     for batch in order.chunks(BATCH) {
         for &slot in batch {

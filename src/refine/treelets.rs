@@ -51,7 +51,7 @@ pub fn restructure(bvh: &Bvh, max_leaf: usize, watch: &mut Watch) -> Bvh {
 
 /// Visits all inner nodes: what the cost lost.
 fn pass(tree: &mut Dynamic, watch: &mut Watch) -> f64 {
-    let order = tree.from_the_deepest();
+    let order = tree.deepest_first();
     let mut table = Table { costs: [0.0; SETS], splits: [0; SETS] };
     let mut gain = 0.0;
     for batch in order.chunks(BATCH) {
@@ -216,7 +216,7 @@ mod tests {
             let boxes = boxes(&soup(seed, n, 0.2));
             let bvh = median_split(&boxes, 1);
             let mut tree = Dynamic::new(&bvh, max_leaf).unwrap();
-            for slot in tree.from_the_deepest() {
+            for slot in tree.deepest_first() {
                 let Some(treelet) = Treelet::below(&tree, slot) else { continue };
                 // A chain of the parts from the last to the first.
                 let parts = treelet.parts.len();

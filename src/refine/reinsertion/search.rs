@@ -41,7 +41,7 @@ pub(super) fn search(tree: &Dynamic, from: u32, least: f32, stack: &mut Vec<(u32
     let best = Found { from, to: NONE, gain: least, visits: 1 };
     let mut search = Search { tree, own, own_area: own.half_area(), best, stack };
     // What is left below the pivot when the subtree is gone. Its parent is gone as well.
-    let mut pivot = node.parent();
+    let mut pivot = node.parent;
     let mut rest = sibling.wide();
     let mut whole = tree.at(pivot).wide();
     let mut saved = whole.half_area();
@@ -55,7 +55,7 @@ pub(super) fn search(tree: &Dynamic, from: u32, least: f32, stack: &mut Vec<(u32
         }
         search.best.visits += 1;
         rest = rest.union(&tree.at(pivot ^ 1).wide());
-        pivot = tree.at(pivot).parent();
+        pivot = tree.at(pivot).parent;
         whole = tree.at(pivot).wide();
         // Beside all the rest, the new parent is as large as the pivot was.
         search.offer(pivot, saved - rest.half_area());

@@ -1,95 +1,17 @@
 //! A binary tree that can be changed: subtrees taken out and put in elsewhere, boxes kept tight.
 //!
 //! Siblings stand next to each other in one cache line, so whoever looks at a node has its sibling, too. Boxes are those of the
-//! tree scaled by a power of two, so that the root's largest extent is about 1: nothing is rounded, areas of changes can be
+//! tree scaled by a power of two, so that the root's largest extent is about 1: nothing of any size is rounded, areas can be
 //! taken in f32, and scenes of all sizes get the same tree.
 
+mod slot;
+
+pub(super) use slot::{NONE, ROOT, Wide};
+
 use crate::bvh::{Bvh, Node};
-use crate::geom::{Aabb, area_of_extent};
-use glam::{BVec4A, Vec3, Vec4};
-
-/// No slot.
-pub(super) const NONE: u32 = u32::MAX;
-
-/// Marks the link of a slot that holds a leaf; the rest is the leaf's index in the input.
-const LEAF: u32 = 1 << 31;
-
-/// The root's slot. Slot 1 stays empty, so that pairs start at even slots.
-pub(super) const ROOT: u32 = 0;
-
-/// A node. Both vectors load whole; the last lanes are no coordinates.
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C, align(16))]
-pub(super) struct Slot {
-    min: [f32; 3],
-    /// The parent's slot.
-    parent: u32,
-    max: [f32; 3],
-    /// First of the two slots of the children, or a leaf.
-    link: u32,
-}
-
-/// A box in two registers, the last lanes 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Wide {
-    min: Vec4,
-    max: Vec4,
-}
-
-/// The lanes that are coordinates.
-const XYZ: BVec4A = BVec4A::from_array([true, true, true, false]);
-
-impl Wide {
-    /// The smallest box around both.
-    #[inline(always)]
-    pub fn union(&self, other: &Self) -> Self {
-        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
-    }
-
-    /// Half the surface area, in f32.
-    #[inline(always)]
-    pub fn half_area(&self) -> f32 {
-        let e = self.max - self.min;
-        e.x * (e.y + e.z) + e.y * e.z
-    }
-
-    /// Half the surface area in f64.
-    #[inline(always)]
-    pub fn exact_half_area(&self) -> f64 {
-        0.5 * area_of_extent(self.max.truncate().as_dvec3() - self.min.truncate().as_dvec3())
-    }
-
-    /// Whether `other` lies inside.
-    #[inline(always)]
-    pub fn contains(&self, other: &Self) -> bool {
-        self.union(other) == *self
-    }
-}
-
-impl Slot {
-    /// The box.
-    #[inline(always)]
-    pub fn wide(&self) -> Wide {
-        let [min, max]: &[Vec4; 2] = bytemuck::cast_ref(self);
-        Wide { min: Vec4::select(XYZ, *min, Vec4::ZERO), max: Vec4::select(XYZ, *max, Vec4::ZERO) }
-    }
-
-    fn set_box(&mut self, wide: &Wide) {
-        (self.min, self.max) = (wide.min.truncate().to_array(), wide.max.truncate().to_array());
-    }
-
-    /// The parent's slot.
-    #[inline(always)]
-    pub fn parent(&self) -> u32 {
-        self.parent
-    }
-
-    /// First of the two slots of the children; none for a leaf.
-    #[inline(always)]
-    pub fn pair(&self) -> Option<u32> {
-        (self.link & LEAF == 0).then_some(self.link)
-    }
-}
+use crate::geom::Aabb;
+use glam::Vec3;
+use slot::{LEAF, Slot};
 
 /// What leaves would make of a subtree.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -302,7 +224,7 @@ impl<'a> Dynamic<'a> {
     }
 
     /// All slots, from the deepest level up, on each level from the right.
-    pub fn from_the_deepest(&self) -> Vec<u32> {
+    pub fn deepest_first(&self) -> Vec<u32> {
         let mut order = vec![ROOT];
         let mut done = 0;
         while let Some(&slot) = order.get(done) {
