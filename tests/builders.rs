@@ -3,6 +3,7 @@
 use bvh_lab::build::{BUILDERS, Brake, BuildError, BuildOptions, Builder, Counters, Input, Parameter, Preset};
 use bvh_lab::bvh::{Bvh, tree_hash, validate, validate_parts};
 use bvh_lab::geom::Aabb;
+use bvh_lab::refine::{Collapse, STEPS};
 use bvh_lab::scene::Scene;
 use bvh_lab::scene::families::FAMILIES;
 use glam::Vec3;
@@ -111,6 +112,31 @@ fn deep_and_coincident_scenes_end_without_a_call_stack() {
         let boxes = Scene::load(scene).unwrap().boxes();
         for v in variants().filter(|(_, o)| o.preset == Preset::Published) {
             build(v, &boxes);
+        }
+    }
+}
+
+#[test]
+fn every_step_and_every_collapse_after_every_builder() {
+    let takes_steps = BUILDERS.iter().filter(|b| b.parameters.contains(&Parameter::Refine));
+    let scenes = ["gen:soup:1", "gen:soup:2", "gen:soup:5", "gen:soup:400", "gen:nested:400", "gen:coincident:400"];
+    let scenes = scenes.map(|scene| Scene::load(scene).unwrap().boxes());
+    for builder in takes_steps {
+        for step in STEPS {
+            for (arity, collapse) in [(2, None)].into_iter().chain(Collapse::ALL.map(|c| (8, Some(c)))) {
+                let refine = step.id.parse().unwrap();
+                let options = BuildOptions { arity, collapse, refine, ..BuildOptions::default() };
+                if builder.spatial && !step.step.takes_parts() {
+                    assert!(builder.check(&options).is_err(), "{}+{}", builder.id, step.id);
+                    continue;
+                }
+                builder.check(&options).unwrap();
+                for boxes in &scenes {
+                    let doubled: Vec<_> = boxes.iter().map(|b| Aabb::new(b.min * 2.0, b.max * 2.0)).collect();
+                    let hashes = [boxes, &doubled].map(|boxes| tree_hash(&build((builder, options), boxes)));
+                    assert_eq!(hashes[0], hashes[1], "{}+{}", builder.id, step.id);
+                }
+            }
         }
     }
 }

@@ -34,6 +34,12 @@ pub enum Work {
     Binned,
     /// Binary splits of which the cost was taken.
     SplitCosts,
+    /// Searches for a better place of a subtree.
+    PlaceSearches,
+    /// Nodes looked at in searches for a better place of a subtree.
+    PlaceVisits,
+    /// Reinsertions and rotations that were kept.
+    Moves,
 }
 
 impl Work {
@@ -53,6 +59,9 @@ impl Work {
         Self::SearchVisits,
         Self::Binned,
         Self::SplitCosts,
+        Self::PlaceSearches,
+        Self::PlaceVisits,
+        Self::Moves,
     ];
 
     /// Its name in rows and JSON.
@@ -72,6 +81,9 @@ impl Work {
             Self::SearchVisits => "search_visits",
             Self::Binned => "binned",
             Self::SplitCosts => "split_costs",
+            Self::PlaceSearches => "place_searches",
+            Self::PlaceVisits => "place_visits",
+            Self::Moves => "moves",
         }
     }
 }

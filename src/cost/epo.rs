@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 const CHUNK: usize = 1024;
 
 /// The most nodes that all walks together may meet: a few seconds.
-const MOST_VISITS: u64 = 1 << 27;
+const MOST_VISITS: u64 = 1 << 25;
 
 /// Σ over nodes n of C(n) · area((all geometry outside n's subtree) ∩ n's box) / area(all geometry), with C(n) the
 /// [`SahParams::node_cost`] at default constants. 0 for a tree that is one leaf.
@@ -27,7 +27,7 @@ const MOST_VISITS: u64 = 1 << 27;
 ///
 /// `None` when the triangles have no area, or one that is not a finite number. Time is the number of pairs of a triangle
 /// and a node whose boxes overlap: near n log n in common scenes, n² where everything overlaps everything. `None` too
-/// where there are more than 2²⁷ such pairs: 100,000 coincident or nested triangles would take minutes.
+/// where there are more than 2²⁵ such pairs: 100,000 coincident or nested triangles would take minutes.
 pub fn epo(bvh: &Bvh, triangles: &[Triangle]) -> Option<f64> {
     epo_within(MOST_VISITS, bvh, triangles)
 }

@@ -1,6 +1,6 @@
 //! One entry a builder, in the order of `list builders`.
 
-use super::pipeline::{refined, widened};
+use super::pipeline::refined;
 use super::{Builder, Engine, Parameter, Preset};
 use crate::build::binned_sah::{self, BinnedSah};
 use crate::build::bottom_up::agglo_kd::{self, AggloKd};
@@ -9,7 +9,7 @@ use crate::build::sbvh::{self, Sbvh};
 use crate::build::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
 use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, Probe, sweep_sah};
 use crate::bvh::Bvh;
-use crate::refine::{Collapse, open_leaves};
+use crate::refine::{collapse, open_leaves};
 
 /// What every builder of binary trees understands.
 const BINARY: &[Parameter] = &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse];
@@ -143,18 +143,18 @@ fn bottom_up<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> R
         (Preset::Text, Engine::Literal) => all_pairs_literal::build(boxes, Distance::Centres, probe),
         (Preset::Walter, Engine::Literal) => all_pairs_literal::build(boxes, Distance::UnionArea, probe),
     }?;
-    Ok(widened(binary, options.arity, Collapse::Thesis))
+    Ok(if options.arity == 2 { binary } else { collapse(&binary, options.arity) })
 }
 
 fn agglo_local<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| {
+    refined(options, probe, |max_leaf, probe| {
         let triangles = union_area::build_with_leaves(input.boxes, 1, probe)?;
         Ok(open_leaves(&triangles, max_leaf))
     })
 }
 
 fn agglo_kd<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| {
+    refined(options, probe, |max_leaf, probe| {
         let neighbours = options.radius.unwrap_or(AggloKd::default().neighbours);
         let triangles = agglo_kd::build(input.boxes, &AggloKd { neighbours }, probe)?;
         Ok(open_leaves(&triangles, max_leaf))
@@ -162,18 +162,18 @@ fn agglo_kd<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Re
 }
 
 fn sweep_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| sweep_sah::build(input.boxes, &sweep_sah::SweepSah { max_leaf }, probe))
+    refined(options, probe, |max_leaf, probe| sweep_sah::build(input.boxes, &sweep_sah::SweepSah { max_leaf }, probe))
 }
 
 fn binned_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| {
+    refined(options, probe, |max_leaf, probe| {
         let bins = options.bins.unwrap_or(BinnedSah::default().bins);
         binned_sah::build(input.boxes, &BinnedSah { max_leaf, bins }, probe)
     })
 }
 
 fn sbvh<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| {
+    refined(options, probe, |max_leaf, probe| {
         let default = Sbvh::default();
         let bins = options.bins.unwrap_or(default.bins);
         let budget = options.split_budget.unwrap_or(default.budget);

@@ -206,7 +206,7 @@ fn same_hits(triangles: &[Triangle], rays: impl Iterator<Item = Ray>) -> usize {
     let mut scratch = Scratch::default();
     let bvh = build_with(triangles, &params);
     assert!(bvh.triangle_ids.len() > triangles.len());
-    let wide = crate::refine::Collapse::Thesis.apply(&bvh, 8);
+    let wide = crate::refine::Collapse::Thesis.apply(&bvh, 8, 4);
     let mut hits = 0;
     for ray in rays {
         let expected = brute_force::<WatertightRay>(triangles, &ray);
