@@ -1,278 +1,166 @@
 //! From the triangles of a node to its parts.
 
-use super::bounds::{Bounds, Reference};
+use super::bounds::{Bounds, Group, Reference};
 use super::few::{FEW, Few};
-use super::guillotine::{Cells, Guillotine};
-use super::slabs::{Run, Slabs};
-use super::{Cuts, KwaySah};
+use super::guillotine::{Cells, Guillotine, MOST_SLABS};
+use super::runs::Runs;
+use super::slabs::Slabs;
+use super::{COARSE, Cuts, KwaySah, Nodes};
 
-/// Runs of each axis between which planes are looked for.
-pub const RUNS: usize = 32;
-
-/// What one thread divides nodes with.
+/// What one thread divides nodes with, into at most `K` parts.
 pub(super) struct Divider<const K: usize> {
     params: KwaySah,
+    runs: Runs,
     slabs: Slabs,
     grid: Guillotine<K>,
     few: Few<K>,
-    runs: [Vec<Run>; 3],
-    /// The run of each triangle on each axis.
-    run_of: Vec<[u8; 3]>,
-    order: Vec<(f64, u32)>,
-    starts: Vec<usize>,
-    boxes: Vec<Cells>,
+    pairs: Few<2>,
+    /// Parts as boxes of cells.
+    boxes: Vec<(Cells, Group)>,
+    /// The part of each cell.
+    part_of: Vec<u8>,
     moved: Vec<Reference>,
-    /// The parts of the last node: boxes and counts.
-    pub parts: Vec<(Bounds, usize)>,
+    /// The parts of the node that was divided last.
+    pub parts: Vec<Group>,
     /// The tree of cuts, a whole before its parts: whether each is cut.
     pub is_cut: Vec<bool>,
-    bounds: Vec<Bounds>,
-    /// References put into runs and cells so far.
+    /// References put into runs so far.
     pub binned: u64,
 }
 
 impl<const K: usize> Divider<K> {
+    /// Before the first node.
     pub fn new(params: &KwaySah) -> Self {
-        let cut_cost = if params.binary { 1.0 } else { 0.0 };
-        let mut grid = Guillotine::new(cut_cost);
-        grid.deep = params.deep;
-        grid.power = params.power;
         Self {
             params: *params,
+            runs: Runs::default(),
             slabs: Slabs::default(),
-            grid,
+            grid: Guillotine::new(params.nodes),
             few: Few::new(params.max_leaf),
-            runs: Default::default(),
-            run_of: Vec::new(),
-            order: Vec::new(),
-            starts: Vec::new(),
+            pairs: Few::new(params.max_leaf),
             boxes: Vec::new(),
+            part_of: Vec::new(),
             moved: Vec::new(),
             parts: Vec::new(),
             is_cut: Vec::new(),
-            bounds: Vec::new(),
             binned: 0,
         }
     }
 
-    /// Transitions so far.
+    /// Transitions of all programs so far.
     pub fn steps(&self) -> u64 {
-        self.slabs.steps + self.grid.steps + self.few.steps
+        self.slabs.steps + self.grid.steps + self.few.steps + self.pairs.steps
     }
 
-    /// Divides a node, its triangles in the order of parts, or says that it is a leaf.
+    /// Whether the parts of a node are its children.
+    pub fn is_wide(&self) -> bool {
+        self.params.nodes == Nodes::Parts
+    }
+
+    /// Divides a node of some area and brings its triangles into the order of parts; false where it is to be a leaf.
     pub fn divide(&mut self, references: &mut [Reference], area: f64) -> bool {
         let n = references.len();
-        if n == 1 {
-            return false;
-        }
-        if n <= FEW {
-            let cut = self.few.divide(references, &mut self.bounds, &mut self.is_cut);
-            if cut {
-                self.part(references);
-                return true;
+        let limited = n > self.params.max_leaf;
+        let divided = if n <= FEW {
+            let (parts, is_cut) = (&mut self.parts, &mut self.is_cut);
+            match self.params.nodes {
+                Nodes::Parts => self.few.divide(references, parts, is_cut),
+                Nodes::Cuts | Nodes::FirstCut => self.pairs.divide(references, parts, is_cut),
             }
-            return n > self.params.max_leaf && self.halve(references);
+        } else {
+            self.binned += n as u64;
+            self.runs.lay(references, self.params.runs);
+            let cost = match self.params.cuts {
+                Cuts::Guillotine => self.guillotine(references),
+                Cuts::Slabs => self.one_axis(references),
+            };
+            cost.is_some_and(|cost| limited || area * n as f64 > area + cost)
+        };
+        if !divided && limited {
+            self.by_order(references);
         }
-        self.lay_runs(references);
-        let cost = if self.params.cuts == Cuts::Slabs { self.slabs(references) } else { self.guillotine(references) };
-        let Some(cost) = cost else { return n > self.params.max_leaf && self.halve(references) };
-        if n <= self.params.max_leaf && area * n as f64 <= area + cost {
-            return false;
+        if divided || limited {
+            self.part(references);
         }
-        self.part(references);
-        true
+        divided || limited
     }
 
-    /// Parts by order, of equal size: centres are all the same.
-    fn halve(&mut self, references: &mut [Reference]) -> bool {
+    /// Parts of equal size in the order of the triangles: their centres are all the same.
+    fn by_order(&mut self, references: &mut [Reference]) {
         let n = references.len();
-        let parts = K.min(n);
+        let parts = if self.params.nodes == Nodes::Parts { K.min(n) } else { 2 };
+        self.parts.clear();
+        self.parts.resize(parts, Group::EMPTY);
         for (i, reference) in references.iter_mut().enumerate() {
             reference.cell = (i * parts / n) as u32;
+            self.parts[reference.cell as usize].add(&Bounds::of(&reference.aabb));
         }
-        self.bounds.clear();
-        self.bounds.resize(parts, Bounds::EMPTY);
-        for reference in references.iter() {
-            let part = &mut self.bounds[reference.cell as usize];
-            *part = part.union(&Bounds::of(&reference.aabb));
-        }
+        self.cut_one_by_one();
+    }
+
+    /// The tree of cuts that takes one part away at a time.
+    fn cut_one_by_one(&mut self) {
         self.is_cut.clear();
-        for _ in 1..parts {
-            self.is_cut.extend([true, false]);
-        }
+        (1..self.parts.len()).for_each(|_| self.is_cut.extend([true, false]));
         self.is_cut.push(false);
-        self.part(references);
-        true
     }
 
-    /// Runs of the centres on each axis.
-    fn lay_runs(&mut self, references: &[Reference]) {
-        let n = references.len();
-        self.run_of.clear();
-        self.run_of.resize(n, [0; 3]);
-        self.binned += n as u64;
-        let (mut low, mut high) = (references[0].centre(), references[0].centre());
-        for reference in references {
-            let centre = reference.centre();
-            (low, high) = (low.min(centre), high.max(centre));
+    /// Parts between parallel planes on the axis where they cost least. Of equals the lowest axis.
+    fn one_axis(&mut self, references: &mut [Reference]) -> Option<f64> {
+        let on = |axis| (axis, self.runs.slabs(axis, K, &mut self.slabs));
+        let found = [0, 1, 2].map(on).into_iter().filter(|(_, (_, parts, _))| *parts > 1);
+        let (axis, (slab_of, parts, cost)) = found.min_by(|a, b| a.1.2.total_cmp(&b.1.2))?;
+        self.parts.clear();
+        self.parts.resize(parts, Group::EMPTY);
+        for (reference, of) in references.iter_mut().zip(self.runs.of_references()) {
+            reference.cell = slab_of[usize::from(of[axis])].into();
+            self.parts[reference.cell as usize].add(&Bounds::of(&reference.aabb));
         }
-        let fine = if self.params.fitted { RUNS } else { self.bins(n) };
-        for runs in &mut self.runs {
-            runs.clear();
-        }
-        if n <= RUNS {
-            for axis in 0..3 {
-                self.order.clear();
-                self.order.extend(references.iter().enumerate().map(|(i, r)| (r.centre()[axis], i as u32)));
-                self.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                let mut last = f64::NAN;
-                for &(centre, i) in &self.order {
-                    if centre != last {
-                        self.runs[axis].push(Run::EMPTY);
-                        last = centre;
-                    }
-                    let index = self.runs[axis].len() - 1;
-                    self.run_of[i as usize][axis] = index as u8;
-                    let run = &mut self.runs[axis][index];
-                    *run = Run { bounds: run.bounds.union(&Bounds::of(&references[i as usize].aabb)), count: run.count + 1 };
-                }
-            }
-            return;
-        }
-        let extent = high - low;
-        let scale = [0, 1, 2].map(|a| if extent[a] > 0.0 { fine as f64 / extent[a] } else { 0.0 });
-        for axis in 0..3 {
-            self.runs[axis].resize(fine, Run::EMPTY);
-        }
-        for (reference, run_of) in references.iter().zip(&mut self.run_of) {
-            let from_low = reference.centre() - low;
-            let bounds = Bounds::of(&reference.aabb);
-            for axis in 0..3 {
-                let run = ((from_low[axis] * scale[axis]) as usize).min(fine - 1);
-                run_of[axis] = run as u8;
-                let run = &mut self.runs[axis][run];
-                *run = Run { bounds: run.bounds.union(&bounds), count: run.count + 1 };
-            }
-        }
-    }
-
-    fn bins(&self, n: usize) -> usize {
-        if n < self.params.small { self.params.small_bins.min(self.params.bins) } else { self.params.bins }
-    }
-
-    /// Takes empty runs out and divides what is left into slabs; tells the slab of each run.
-    fn slabs_of(&mut self, axis: usize, slabs: usize, slab_of: &mut [u32; 256]) -> (usize, f64) {
-        let mut packed = [0usize; 256];
-        let mut used = 0;
-        let runs = &mut self.runs[axis];
-        for i in 0..runs.len() {
-            packed[i] = used;
-            if runs[i].count > 0 {
-                runs[used] = runs[i];
-                used += 1;
-            }
-        }
-        let len = runs.len();
-        runs.truncate(used);
-        let mut cost = 0.0;
-        if used <= slabs && self.params.cuts == Cuts::Guillotine {
-            self.starts.clear();
-            self.starts.extend(0..used);
-        } else {
-            cost = self.slabs.divide(runs, slabs, &mut self.starts);
-        }
-        let mut slab = 0;
-        let mut of_packed = [0u32; 256];
-        for i in 0..used {
-            if slab + 1 < self.starts.len() && self.starts[slab + 1] == i {
-                slab += 1;
-            }
-            of_packed[i] = slab as u32;
-        }
-        for i in 0..len {
-            slab_of[i] = of_packed[packed[i].min(used - 1)];
-        }
-        (self.starts.len(), cost)
-    }
-
-    fn slabs(&mut self, references: &mut [Reference]) -> Option<f64> {
-        let mut best: Option<(f64, usize, usize, [u32; 256])> = None;
-        for axis in 0..3 {
-            let mut slab_of = [0; 256];
-            let (slabs, cost) = self.slabs_of(axis, K, &mut slab_of);
-            if slabs > 1 && best.as_ref().is_none_or(|b| cost < b.0) {
-                best = Some((cost, axis, slabs, slab_of));
-            }
-        }
-        let (cost, axis, slabs, slab_of) = best?;
-        self.bounds.clear();
-        self.bounds.resize(slabs, Bounds::EMPTY);
-        for (reference, run_of) in references.iter_mut().zip(&self.run_of) {
-            reference.cell = slab_of[usize::from(run_of[axis])];
-            let part = &mut self.bounds[reference.cell as usize];
-            *part = part.union(&Bounds::of(&reference.aabb));
-        }
-        self.is_cut.clear();
-        for _ in 1..slabs {
-            self.is_cut.extend([true, false]);
-        }
-        self.is_cut.push(false);
+        self.cut_one_by_one();
         Some(cost)
     }
 
+    /// Parts of the best division of a grid, whose planes are those of the best slabs of each axis.
     fn guillotine(&mut self, references: &mut [Reference]) -> Option<f64> {
-        let bins = self.bins(references.len());
-        let mut slab_of = [[0; 256]; 3];
-        let mut slabs = [0; 3];
-        for axis in 0..3 {
-            slabs[axis] = self.slabs_of(axis, bins, &mut slab_of[axis]).0;
-        }
+        let most = if references.len() < COARSE { self.params.bins.min(4) } else { self.params.bins };
+        let of_axes = [0, 1, 2].map(|axis| self.runs.slabs(axis, most.min(MOST_SLABS), &mut self.slabs));
+        let slabs = of_axes.each_ref().map(|of_axis| of_axis.1);
         self.grid.begin(slabs);
-        let cell_at = |grid: &Guillotine<K>, slab: [usize; 3]| grid.cell(slab);
-        for (reference, run_of) in references.iter_mut().zip(&self.run_of) {
-            let slab = [0, 1, 2].map(|a| slab_of[a][usize::from(run_of[a])] as usize);
-            let at = cell_at(&self.grid, slab);
-            reference.cell = (slab[0] << 16 | slab[1] << 8 | slab[2]) as u32;
-            let cell = &mut self.grid.cells_mut()[at];
-            *cell = Run { bounds: cell.bounds.union(&Bounds::of(&reference.aabb)), count: cell.count + 1 };
+        let number = |slab: [usize; 3]| (slab[0] * slabs[1] + slab[1]) * slabs[2] + slab[2];
+        for (reference, of) in references.iter_mut().zip(self.runs.of_references()) {
+            let slab = [0, 1, 2].map(|axis| usize::from(of_axes[axis].0[usize::from(of[axis])]));
+            reference.cell = number(slab) as u32;
+            self.grid.cell(slab).add(&Bounds::of(&reference.aabb));
         }
         let cost = self.grid.solve()?;
         self.grid.walk(cost, &mut self.boxes, &mut self.is_cut);
-        self.bounds.clear();
-        let mut part_of = [[[0u8; 16]; 16]; 16];
-        for (part, cells) in self.boxes.iter().enumerate() {
-            self.bounds.push(self.grid.content(cells).bounds);
-            for x in cells.low[0]..cells.low[0] + cells.len[0] {
-                for y in cells.low[1]..cells.low[1] + cells.len[1] {
-                    for z in cells.low[2]..cells.low[2] + cells.len[2] {
-                        part_of[x][y][z] = part as u8;
-                    }
+        self.parts.clear();
+        self.part_of.resize(slabs.iter().product(), 0);
+        for (part, (Cells { low, len }, group)) in self.boxes.iter().enumerate() {
+            self.parts.push(*group);
+            for x in low[0]..low[0] + len[0] {
+                for y in low[1]..low[1] + len[1] {
+                    let from = number([x, y, low[2]]);
+                    self.part_of[from..from + len[2]].fill(part as u8);
                 }
             }
         }
-        for reference in references.iter_mut() {
-            let c = reference.cell as usize;
-            reference.cell = part_of[c >> 16][c >> 8 & 255][c & 255].into();
+        for reference in references {
+            reference.cell = self.part_of[reference.cell as usize].into();
         }
         Some(cost)
     }
 
     /// Brings the triangles into the order of their parts, each part in the order in which they were.
     fn part(&mut self, references: &mut [Reference]) {
-        self.parts.clear();
-        self.parts.extend(self.bounds.iter().map(|&bounds| (bounds, 0)));
-        for reference in references.iter() {
-            self.parts[reference.cell as usize].1 += 1;
-        }
+        let mut next = [0; K];
         let mut at = 0;
-        let mut next = [0; 16];
         for (next, part) in next.iter_mut().zip(&self.parts) {
             *next = at;
-            at += part.1;
+            at += part.count as usize;
         }
         self.moved.resize(references.len().max(self.moved.len()), Reference::NONE);
-        for reference in references.iter() {
+        for reference in &*references {
             let to = &mut next[reference.cell as usize];
             self.moved[*to] = *reference;
             *to += 1;

@@ -162,9 +162,7 @@ impl<const K: usize> Guillotine<K> {
             }
             if last.count == 0 {
                 same = self.same[without_last];
-            } else if head.count > 0 && self.boxes[without_first].count == head.count + last.count {
-                same = self.same[without_first];
-            } else if head.count == 0 {
+            } else if self.boxes[without_first].count == head.count + last.count {
                 same = self.same[without_first];
             }
         }
