@@ -76,8 +76,8 @@ impl<const K: usize> Guillotine<K> {
         self.slabs = slabs;
         for ((intervals, first), slabs) in self.intervals.iter_mut().zip(&mut self.first).zip(slabs) {
             intervals.clear();
-            for len in 1..=slabs {
-                first[len] = intervals.len() as u32;
+            for (len, first) in first.iter_mut().enumerate().take(slabs + 1).skip(1) {
+                *first = intervals.len() as u32;
                 intervals.extend((0..=slabs - len).map(|low| (low as u8, len as u8)));
             }
         }
@@ -175,17 +175,17 @@ impl<const K: usize> Guillotine<K> {
     /// Tells both states of every plane that cuts a state.
     #[inline(always)]
     fn each_cut(&self, place: &Place, strides: &[usize; 3], mut tell: impl FnMut(usize, usize)) {
-        for axis in 0..3 {
+        for (axis, stride) in strides.iter().enumerate() {
             let first = &self.first[axis];
             let (low, len) = self.intervals[axis][place.interval[axis]];
             let (low, len) = (usize::from(low), usize::from(len));
-            let base = place.number - place.interval[axis] * strides[axis];
+            let base = place.number - place.interval[axis] * stride;
             let mut last = NONE;
             for cut in 1..len {
-                let left = self.same[base + (first[cut] as usize + low) * strides[axis]];
+                let left = self.same[base + (first[cut] as usize + low) * stride];
                 // Behind an empty slab the cut is the same as before it.
                 if left != last {
-                    let right = self.same[base + (first[len - cut] as usize + low + cut) * strides[axis]];
+                    let right = self.same[base + (first[len - cut] as usize + low + cut) * stride];
                     tell(left as usize, right as usize);
                     last = left;
                 }

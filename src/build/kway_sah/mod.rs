@@ -3,15 +3,15 @@
 //! Beick 2014 divides a node into k children by k − 1 planes, parallel ones as published: 8 slabs of a cube have 20/12 of the
 //! area of 2 × 2 × 2 blocks. Here the planes may cut parts of parts, from side to side (*guillotine* cuts, as of Gilmore and
 //! Gomory 1965, "Multistage Cutting Stock Problems of Two and More Dimensions"), and the cheapest such division under the
-//! surface area heuristic is found exactly by a dynamic program over the boxes of a small grid ([`guillotine`]). Nothing of
+//! surface area heuristic is found exactly by a dynamic program over the boxes of a small grid (`guillotine.rs`). Nothing of
 //! that is published for hierarchies as far as we know.
 //!
 //! - *Grid.* A node's triangles fall into [`KwaySah::runs`] equal bins of each axis by their centres, or into one run for each
 //!   centre where there are not more triangles than that. The planes of the grid are those of the best
-//!   [`KwaySah::bins`] slabs on each axis, by the thesis' interval program ([`slabs`]): they follow the geometry.
+//!   [`KwaySah::bins`] slabs on each axis, by the thesis' interval program (`slabs.rs`): they follow the geometry.
 //! - *Estimate.* A part of n triangles counts as area · n^¾. The customary area · n takes every subtree for a leaf, and looking
-//!   several cuts ahead believes that too often; a true subtree costs about as a power of n below 1. ([`estimate`])
-//! - *Few triangles.* Of at most eight, the cheapest of all subtrees that such cuts can make ([`few`]), leaves
+//!   several cuts ahead believes that too often; a true subtree costs about as a power of n below 1. (`estimate`)
+//! - *Few triangles.* Of at most eight, the cheapest of all subtrees that such cuts can make (`few.rs`), leaves
 //!   included.
 //!
 //! What becomes of the cuts is up to [`Nodes`]: a wide node (arity 4, 8, 16), binary nodes, or only the first cut becomes
