@@ -4,6 +4,7 @@ pub mod binned_sah;
 pub mod bottom_up;
 mod cost;
 mod input;
+pub mod kway_sah;
 mod options;
 mod original_kdtree;
 mod probe;

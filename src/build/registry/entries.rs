@@ -5,9 +5,10 @@ use super::{Builder, Engine, Parameter, Preset};
 use crate::build::binned_sah::{self, BinnedSah};
 use crate::build::bottom_up::agglo_kd::{self, AggloKd};
 use crate::build::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
+use crate::build::kway_sah::{self, Cuts, KwaySah, Nodes};
 use crate::build::sbvh::{self, Sbvh};
 use crate::build::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
-use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, Probe, sweep_sah};
+use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, MAX_LEAF, Probe, sweep_sah};
 use crate::bvh::Bvh;
 use crate::refine::{collapse, open_leaves};
 
@@ -113,6 +114,32 @@ pub const BUILDERS: &[Builder] = &[
         timed: sbvh::<Brake>,
         counted: sbvh::<Counters>,
     },
+    Builder {
+        id: "kway-sah",
+        paper: "after Beick 2014; Gilmore and Gomory 1965 for the cuts",
+        summary: "the best division of a grid into k parts by cuts from side to side; binary: by the best tree over the grid",
+        presets: &[],
+        engines: &[],
+        parameters: &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse, Parameter::Bins],
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: kway_sah::<Brake>,
+        counted: kway_sah::<Counters>,
+    },
+    Builder {
+        id: "kway-slab",
+        paper: "after Beick 2014",
+        summary: "the best k slabs between equal bins of one axis: what kway-sah is measured by",
+        presets: &[],
+        engines: &[],
+        parameters: &[Parameter::MaxLeaf, Parameter::Bins],
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: kway_slab::<Brake>,
+        counted: kway_slab::<Counters>,
+    },
 ];
 
 /// The arities of modern builders: binary, or collapsed.
@@ -179,4 +206,24 @@ fn sbvh<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result
         let budget = options.split_budget.unwrap_or(default.budget);
         sbvh::build(input, &Sbvh { max_leaf, bins, budget, ..default }, probe)
     })
+}
+
+/// Refined or collapsed is its binary tree; without either, wide nodes are built as they are.
+fn kway_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    let params = |arity, max_leaf| {
+        let params = KwaySah::at_arity(arity);
+        KwaySah { max_leaf, bins: options.bins.unwrap_or(params.bins), ..params }
+    };
+    if options.arity > 2 && options.refine.is_empty() && options.collapse.is_none() {
+        let max_leaf = options.max_leaf.unwrap_or(MAX_LEAF);
+        return kway_sah::build(input.boxes, &params(options.arity, max_leaf), probe);
+    }
+    refined(options, probe, |max_leaf, probe| kway_sah::build(input.boxes, &params(2, max_leaf), probe))
+}
+
+fn kway_slab<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    let (params, max_leaf) = (KwaySah::default(), options.max_leaf.unwrap_or(MAX_LEAF));
+    let runs = options.bins.unwrap_or(params.runs);
+    let slabs = KwaySah { parts: options.arity, nodes: Nodes::Parts, cuts: Cuts::Slabs, max_leaf, runs, ..params };
+    kway_sah::build(input.boxes, &slabs, probe)
 }
