@@ -1,0 +1,159 @@
+//! The section on traces: closest hits by every library's own traversal of its own tree, checked ray by ray.
+
+use crate::builds::Effort;
+use crate::rows::TraceRow;
+use crate::subject::{Built, Subject};
+use bvh_lab::geom::{Ray, Triangle};
+use bvh_lab::lab::spread;
+use bvh_lab::scene::Scene;
+use bvh_lab::trace::HitRecord;
+use std::time::{Duration, Instant};
+
+/// Share of the rays that may have another answer than the reference before a cell is an error.
+const TOLERATED: f64 = 1e-4;
+/// How far two answers for t may lie apart, relative to t and to the size of the scene.
+const T_TOLERANCE: f32 = 1e-4;
+/// How near to an edge, in barycentric coordinates, a hit counts as one at the edge.
+const EDGE: f64 = 1e-3;
+
+/// Rays with a name, and the reference's answers.
+pub struct RaySet {
+    /// What the rows call it.
+    pub name: &'static str,
+    /// The rays, of unit length.
+    pub rays: Vec<Ray>,
+    /// The closest hits, by an exact kernel of the laboratory.
+    pub expected: Vec<HitRecord>,
+}
+
+/// How answers differ from the reference's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Difference {
+    at_edges: usize,
+    elsewhere: usize,
+}
+
+struct Runner<'a> {
+    row: TraceRow,
+    tree: usize,
+    traversal: usize,
+    set: &'a RaySet,
+    seconds: Vec<f64>,
+    spent: Duration,
+}
+
+/// Traces the ray sets through the trees of all subjects: once to check the answers, then round by round. To be called
+/// inside a rayon pool of one thread.
+pub fn measure(scene: &Scene, sets: &[RaySet], subjects: &[&dyn Subject], effort: Effort) -> Vec<TraceRow> {
+    let inputs: Vec<_> = subjects.iter().map(|subject| subject.prepare(&scene.triangles, 1)).collect();
+    let mut rows = Vec::new();
+    let mut trees: Vec<Box<dyn Built + '_>> = Vec::new();
+    let mut runners = Vec::new();
+    let size = scene.bounds().extent().max_element() as f32;
+    let mut hits = Vec::new();
+    for (subject, input) in subjects.iter().zip(&inputs) {
+        let tree = match input.build() {
+            Ok(tree) => tree,
+            Err(error) => {
+                rows.push(TraceRow { status: error, ..empty_row(scene, *subject) });
+                continue;
+            }
+        };
+        for (traversal, name) in tree.traversals().into_iter().enumerate() {
+            for set in sets {
+                eprintln!("{}: {} {name}, {} rays", scene.name, subject.name(), set.name);
+                let mut row = empty_row(scene, *subject);
+                (row.traversal, row.rays, row.count) = (name.into(), set.name.into(), set.rays.len());
+                hits.clear();
+                hits.resize(set.rays.len(), HitRecord::MISS);
+                tree.trace(traversal, &set.rays, &mut hits);
+                let found = compare(&scene.triangles, set, &hits, size);
+                (row.differ_at_edges, row.differ_elsewhere) = (found.at_edges, found.elsewhere);
+                let differ = (found.at_edges + found.elsewhere) as f64;
+                if differ > TOLERATED * set.rays.len() as f64 {
+                    row.status = format!("{differ} of {} answers differ", set.rays.len());
+                    rows.push(row);
+                    continue;
+                }
+                let tree = trees.len();
+                runners.push(Runner { row, tree, traversal, set, seconds: Vec::new(), spent: Duration::ZERO });
+            }
+        }
+        trees.push(tree);
+    }
+    for _ in 0..effort.repeats {
+        for runner in runners.iter_mut().filter(|r| r.spent < effort.enough) {
+            hits.resize(runner.set.rays.len(), HitRecord::MISS);
+            let start = Instant::now();
+            trees[runner.tree].trace(runner.traversal, &runner.set.rays, &mut hits);
+            let took = start.elapsed();
+            runner.seconds.push(took.as_secs_f64());
+            runner.spent += took;
+        }
+    }
+    rows.extend(runners.into_iter().map(finish));
+    rows
+}
+
+fn empty_row(scene: &Scene, subject: &dyn Subject) -> TraceRow {
+    TraceRow {
+        scene: scene.name.clone(),
+        triangles: scene.triangles.len(),
+        rays: String::new(),
+        count: 0,
+        library: subject.library().into(),
+        version: subject.version(),
+        preset: subject.preset(),
+        traversal: String::new(),
+        status: "ok".into(),
+        median_mrays: None,
+        min_mrays: None,
+        max_mrays: None,
+        runs: 0,
+        differ_at_edges: 0,
+        differ_elsewhere: 0,
+    }
+}
+
+fn finish(runner: Runner) -> TraceRow {
+    let Runner { mut row, set, seconds, .. } = runner;
+    let mrays = |s: f64| set.rays.len() as f64 / s / 1e6;
+    if let Some(speeds) = spread(seconds.into_iter().map(mrays).collect()) {
+        row.median_mrays = Some(speeds.median);
+        row.min_mrays = Some(speeds.min);
+        row.max_mrays = Some(speeds.max);
+        row.runs = speeds.runs;
+    }
+    row
+}
+
+/// Holds answers against the reference's. Which of several triangles at the same t is named does not matter.
+fn compare(triangles: &[Triangle], set: &RaySet, hits: &[HitRecord], size: f32) -> Difference {
+    let mut found = Difference::default();
+    for ((ray, expected), hit) in set.rays.iter().zip(&set.expected).zip(hits) {
+        let same = match (expected.is_hit(), hit.is_hit()) {
+            (false, false) => true,
+            (true, true) => (expected.t - hit.t).abs() <= T_TOLERANCE * expected.t.max(1e-2 * size),
+            _ => false,
+        };
+        if same {
+            continue;
+        }
+        // The nearer of the two was seen by one side alone: is it at an edge?
+        let nearer = if hit.t < expected.t { hit } else { expected };
+        let edge = triangles.get(nearer.triangle as usize).is_some_and(|t| at_edge(t, ray, nearer.t));
+        if edge { found.at_edges += 1 } else { found.elsewhere += 1 }
+    }
+    found
+}
+
+/// Whether the ray at `t` is near an edge of the triangle, or beyond it.
+fn at_edge(triangle: &Triangle, ray: &Ray, t: f32) -> bool {
+    let [a, b, c] = triangle.v.map(|p| p.as_dvec3());
+    let point = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(t);
+    let normal = triangle.cross();
+    let twice = normal.length_squared();
+    let weight = |p: glam::DVec3, q: glam::DVec3| (q - p).cross(point - p).dot(normal) / twice;
+    // Not below: a triangle without an area has no weights.
+    !(weight(a, b).min(weight(b, c)).min(weight(c, a)) > EDGE)
+}
