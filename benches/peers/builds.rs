@@ -2,7 +2,7 @@
 
 use crate::rows::BuildRow;
 use crate::subject::{Built, Prepared, Subject};
-use crate::tree::equal_leaves;
+use crate::tree::{covers, equal_leaves};
 use bvh_lab::bvh::{Limits, validate};
 use bvh_lab::cost::{SahParams, sah, stats};
 use bvh_lab::geom::Aabb;
@@ -55,7 +55,7 @@ pub fn measure(
             let prepared = subject.prepare(&scene.triangles, threads);
             let (built, took) = timed(&*prepared);
             match &built {
-                Ok(built) => look(&mut row, &**built, boxes, subject.spatial()),
+                Ok(built) => look(&mut row, &**built, scene, boxes, subject.spatial()),
                 Err(error) => row.status = error.clone(),
             }
             drop(built);
@@ -99,14 +99,20 @@ fn empty_row(scene: &Scene, subject: &dyn Subject, threads: usize) -> BuildRow {
 }
 
 /// Validates and scores the tree, where the library shows one.
-fn look(row: &mut BuildRow, built: &dyn Built, boxes: &[Aabb], spatial: bool) {
+fn look(row: &mut BuildRow, built: &dyn Built, scene: &Scene, boxes: &[Aabb], spatial: bool) {
     let Some(tree) = built.tree() else {
         return;
     };
     let max_leaf = stats(&tree.bvh).max_leaf;
-    match validate(&tree.bvh, boxes, &Limits { max_leaf, spatial, ..Limits::default() }) {
-        Ok(coverage) => row.references = Some(coverage.references as f64 / boxes.len() as f64),
-        Err(violations) => row.status = violations.to_string(),
+    let references = if spatial {
+        covers(&tree.bvh, &scene.triangles, boxes)
+    } else {
+        let limits = Limits { max_leaf, ..Limits::default() };
+        validate(&tree.bvh, boxes, &limits).map(|coverage| coverage.references).map_err(|e| e.to_string())
+    };
+    match references {
+        Ok(references) => row.references = Some(references as f64 / boxes.len() as f64),
+        Err(error) => row.status = error,
     }
     row.max_leaf = Some(max_leaf);
     row.loose_boxes = Some(tree.loose);

@@ -17,13 +17,12 @@ struct Tree {
     const BVH& tree() const { return wide ? wide->bvh8.bvh : binary; }
 };
 
-// The optimiser works on single primitives; its effort is tinybvh's default, or its extreme one.
-void optimize(BVH& bvh, bool extreme) {
+// BVH::Optimize does the same but loses the memory of its intermediate tree, which repeated builds would add up.
+void optimize(BVH& bvh, bool extreme, bool single) {
     BVH_Verbose verbose;
     verbose.ConvertFrom(bvh);
-    if (extreme) verbose.SplitLeafs(1);
+    if (single) verbose.SplitLeafs(1);
     verbose.Optimize(25, extreme);
-    if (extreme) verbose.MergeLeafs();
     bvh.ConvertFrom(verbose);
 }
 
@@ -31,7 +30,19 @@ void optimize(BVH& bvh, bool extreme) {
 
 extern "C" {
 
-enum Preset : uint32_t { REFERENCE, AVX, HQ, AVX_OPTIMIZED, AVX_OPTIMIZED_EXTREME, SWEEP, WIDE, WIDE_HQ };
+enum Preset : uint32_t {
+    REFERENCE,
+    AVX,
+    SWEEP,
+    HQ,
+    AVX_OPTIMIZED,
+    AVX_EXTREME,
+    SWEEP_EXTREME,
+    SINGLE_EXTREME,
+    HQ_EXTREME,
+    WIDE,
+    WIDE_HQ
+};
 
 const char* bvh_lab_tinybvh_version() {
 #define TEXT_(x) #x
@@ -52,10 +63,13 @@ void* bvh_lab_tinybvh_build(const float* vertices, uint32_t triangles, uint32_t 
     switch (preset) {
     case REFERENCE: bvh.Build(slice); break;
     case AVX: bvh.BuildAVX(slice); break;
-    case HQ: bvh.BuildHQ(slice); break;
-    case AVX_OPTIMIZED: bvh.BuildAVX(slice); optimize(bvh, false); break;
-    case AVX_OPTIMIZED_EXTREME: bvh.BuildAVX(slice); optimize(bvh, true); break;
     case SWEEP: bvh.useFullSweep = true; bvh.Build(slice); break;
+    case HQ: bvh.BuildHQ(slice); break;
+    case AVX_OPTIMIZED: bvh.BuildAVX(slice); optimize(bvh, false, false); break;
+    case AVX_EXTREME: bvh.BuildAVX(slice); optimize(bvh, true, false); break;
+    case SWEEP_EXTREME: bvh.useFullSweep = true; bvh.Build(slice); optimize(bvh, true, false); break;
+    case SINGLE_EXTREME: bvh.BuildAVX(slice); optimize(bvh, true, true); break;
+    case HQ_EXTREME: bvh.BuildHQ(slice); optimize(bvh, true, false); break;
     case WIDE: tree->wide->Build(slice); break;
     case WIDE_HQ: tree->wide->BuildHQ(slice); break;
     }

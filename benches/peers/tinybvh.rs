@@ -26,21 +26,27 @@ unsafe extern "C" {
 enum Preset {
     Reference,
     Avx,
+    Sweep,
     Hq,
     AvxOptimized,
-    AvxOptimizedExtreme,
-    Sweep,
+    AvxExtreme,
+    SweepExtreme,
+    SingleExtreme,
+    HqExtreme,
     Wide,
     WideHq,
 }
 
-const PRESETS: [(Preset, &str); 8] = [
+const PRESETS: [(Preset, &str); 11] = [
     (Preset::Reference, "Build"),
     (Preset::Avx, "BuildAVX"),
     (Preset::Sweep, "full sweep"),
     (Preset::Hq, "BuildHQ"),
     (Preset::AvxOptimized, "BuildAVX+Optimize"),
-    (Preset::AvxOptimizedExtreme, "BuildAVX+Optimize extreme"),
+    (Preset::AvxExtreme, "BuildAVX+Optimize extreme"),
+    (Preset::SweepExtreme, "full sweep+Optimize extreme"),
+    (Preset::SingleExtreme, "BuildAVX+SplitLeafs+Optimize extreme"),
+    (Preset::HqExtreme, "BuildHQ+Optimize extreme"),
     (Preset::Wide, "BVH8_CPU"),
     (Preset::WideHq, "BVH8_CPU HQ"),
 ];
@@ -182,7 +188,7 @@ impl Subject for Shim {
     }
 
     fn spatial(&self) -> bool {
-        matches!(self.preset, Preset::Hq | Preset::WideHq)
+        matches!(self.preset, Preset::Hq | Preset::HqExtreme | Preset::WideHq)
     }
 
     fn prepare<'a>(&'a self, triangles: &'a [Triangle], threads: usize) -> Box<dyn Prepared + 'a> {

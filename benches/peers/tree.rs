@@ -1,8 +1,9 @@
 //! A peer's binary tree in the laboratory's own form, so that one function scores all of them; and equal leaves for all.
 
 use bvh_lab::bvh::{Bvh, Node};
-use bvh_lab::geom::Aabb;
+use bvh_lab::geom::{Aabb, Triangle};
 use bvh_lab::refine::open_leaves;
+use glam::{DVec3, Vec3};
 
 /// A node of a foreign tree, as its library shows it.
 pub enum Opened<N> {
@@ -63,6 +64,32 @@ fn fit(bvh: &mut Bvh) -> usize {
         bvh.nodes[index].aabb = tight;
     }
     loose
+}
+
+/// Whether the leaves of a tree with spatial splits cover every triangle: each of its vertices lies in the box of a leaf that
+/// holds it, but for what rounding takes off where boxes were cut. Returns the references in all leaves.
+///
+/// # Errors
+/// One line that names the first triangle that stands nowhere or sticks out.
+pub fn covers(bvh: &Bvh, triangles: &[Triangle], boxes: &[Aabb]) -> Result<usize, String> {
+    const ROUNDING: f32 = 1e-5;
+    let slack = Vec3::splat(ROUNDING * Aabb::union_of(boxes).extent().max_element() as f32);
+    let mut inside = vec![[false; 3]; triangles.len()];
+    for (index, node) in bvh.nodes.iter().enumerate() {
+        let grown = Aabb::new(node.aabb.min - slack, node.aabb.max + slack);
+        for &id in bvh.leaf_triangles(index) {
+            let triangle = triangles.get(id as usize).ok_or_else(|| format!("there is no triangle {id}"))?;
+            for (vertex, inside) in triangle.v.iter().zip(&mut inside[id as usize]) {
+                *inside |= grown.contains(&Aabb::new(*vertex, *vertex));
+            }
+        }
+    }
+    // tinybvh leaves out triangles without an area, which nothing can hit.
+    let lost = |id: &usize| inside[*id].contains(&false) && triangles[*id].cross() != DVec3::ZERO;
+    match (0..triangles.len()).find(lost) {
+        Some(id) => Err(format!("no leaf that holds triangle {id} reaches all of its vertices")),
+        None => Ok(bvh.triangle_ids.len()),
+    }
 }
 
 /// Equal leaves for all: every leaf is taken apart into single triangles, by sweeps for the least SAH, then subtrees of at
