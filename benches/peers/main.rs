@@ -2,6 +2,7 @@
 //!
 //! `cargo bench --bench peers --features peers`; README.md in this folder says what is measured and how it is kept fair.
 
+mod agreement;
 mod builds;
 mod bvh_crate;
 #[cfg(feature = "peers-embree")]

@@ -20,21 +20,38 @@ const PRESETS: [(&str, BvhBuildParams); 6] = [
     ("very_slow", BvhBuildParams::very_slow_build()),
 ];
 
-/// The presets at which the wide tree is measured, too.
-const WIDE: [&str; 3] = ["fastest", "medium", "very_slow"];
+/// The presets that are measured in other forms, too.
+const MORE: [&str; 3] = ["fastest", "medium", "very_slow"];
+
+/// What becomes of the binary tree.
+#[derive(Clone, Copy, PartialEq)]
+enum Form {
+    /// As the preset has it.
+    Binary,
+    /// With the laboratory's leaf limit and cost of traversal in place of the preset's 8 and 3.
+    Leaf4,
+    /// Compressed, eight children a node.
+    Wide,
+}
 
 struct Obvhs {
     preset: &'static str,
     parameters: BvhBuildParams,
-    wide: bool,
+    form: Form,
 }
 
-/// Every preset as it is, and with the laboratory's leaf limit, which its presets do not have.
+/// Every preset as it is, and some of them in other forms.
 pub fn subjects() -> Vec<Box<dyn Subject>> {
-    let binary = PRESETS.map(|(preset, parameters)| (preset, parameters, false));
-    let wide = PRESETS.map(|(preset, parameters)| (preset, parameters, true));
-    let all = binary.into_iter().chain(wide.into_iter().filter(|(preset, ..)| WIDE.contains(preset)));
-    all.map(|(preset, parameters, wide)| Box::new(Obvhs { preset, parameters, wide }) as Box<dyn Subject>).collect()
+    let mut all: Vec<Box<dyn Subject>> = Vec::new();
+    for form in [Form::Binary, Form::Leaf4, Form::Wide] {
+        for (preset, mut parameters) in PRESETS.into_iter().filter(|(p, _)| form == Form::Binary || MORE.contains(p)) {
+            if form == Form::Leaf4 {
+                (parameters.max_prims_per_leaf, parameters.collapse_traversal_cost) = (4, 1.0);
+            }
+            all.push(Box::new(Obvhs { preset, parameters, form }));
+        }
+    }
+    all
 }
 
 fn ours(aabb: &obvhs::aabb::Aabb) -> Aabb {
@@ -51,7 +68,11 @@ impl Subject for Obvhs {
     }
 
     fn preset(&self) -> String {
-        format!("{}{}", if self.wide { "cwbvh " } else { "" }, self.preset)
+        match self.form {
+            Form::Binary => self.preset.into(),
+            Form::Leaf4 => format!("{} leaf4", self.preset),
+            Form::Wide => format!("cwbvh {}", self.preset),
+        }
     }
 
     fn builds_with(&self, threads: usize) -> bool {
@@ -77,7 +98,7 @@ impl Prepared for Input<'_> {
     fn build(&self) -> Result<Box<dyn Built + '_>, String> {
         let (parameters, triangles) = (self.subject.parameters, self.triangles.as_slice());
         let mut core = Duration::ZERO;
-        Ok(if self.subject.wide {
+        Ok(if self.subject.form == Form::Wide {
             Box::new(Wide { bvh: build_cwbvh_from_tris(triangles, parameters, &mut core), triangles })
         } else {
             Box::new(Binary { bvh: build_bvh2_from_tris(triangles, parameters, &mut core), triangles })

@@ -1,9 +1,10 @@
 //! The section on traces: closest hits by every library's own traversal of its own tree, checked ray by ray.
 
+use crate::agreement::compare;
 use crate::builds::Effort;
 use crate::rows::TraceRow;
 use crate::subject::{Built, Subject};
-use bvh_lab::geom::{Ray, Triangle};
+use bvh_lab::geom::Ray;
 use bvh_lab::lab::spread;
 use bvh_lab::scene::Scene;
 use bvh_lab::trace::HitRecord;
@@ -11,10 +12,6 @@ use std::time::{Duration, Instant};
 
 /// Share of the rays that may have another answer than the reference before a cell is an error.
 const TOLERATED: f64 = 1e-4;
-/// How far two answers for t may lie apart, relative to t and to the size of the scene.
-const T_TOLERANCE: f32 = 1e-4;
-/// How near to an edge, in barycentric coordinates, a hit counts as one at the edge.
-const EDGE: f64 = 1e-3;
 
 /// Rays with a name, and the reference's answers.
 pub struct RaySet {
@@ -24,13 +21,6 @@ pub struct RaySet {
     pub rays: Vec<Ray>,
     /// The closest hits, by an exact kernel of the laboratory.
     pub expected: Vec<HitRecord>,
-}
-
-/// How answers differ from the reference's.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Difference {
-    at_edges: usize,
-    elsewhere: usize,
 }
 
 struct Runner<'a> {
@@ -67,7 +57,7 @@ pub fn measure(scene: &Scene, sets: &[RaySet], subjects: &[&dyn Subject], effort
                 hits.clear();
                 hits.resize(set.rays.len(), HitRecord::MISS);
                 tree.trace(traversal, &set.rays, &mut hits);
-                let found = compare(&scene.triangles, set, &hits, size);
+                let found = compare(&scene.triangles, &set.rays, &set.expected, &hits, size);
                 (row.differ_at_edges, row.differ_elsewhere) = (found.at_edges, found.elsewhere);
                 let differ = (found.at_edges + found.elsewhere) as f64;
                 if differ > TOLERATED * set.rays.len() as f64 {
@@ -125,35 +115,4 @@ fn finish(runner: Runner) -> TraceRow {
         row.runs = speeds.runs;
     }
     row
-}
-
-/// Holds answers against the reference's. Which of several triangles at the same t is named does not matter.
-fn compare(triangles: &[Triangle], set: &RaySet, hits: &[HitRecord], size: f32) -> Difference {
-    let mut found = Difference::default();
-    for ((ray, expected), hit) in set.rays.iter().zip(&set.expected).zip(hits) {
-        let same = match (expected.is_hit(), hit.is_hit()) {
-            (false, false) => true,
-            (true, true) => (expected.t - hit.t).abs() <= T_TOLERANCE * expected.t.max(1e-2 * size),
-            _ => false,
-        };
-        if same {
-            continue;
-        }
-        // The nearer of the two was seen by one side alone: is it at an edge?
-        let nearer = if hit.t < expected.t { hit } else { expected };
-        let edge = triangles.get(nearer.triangle as usize).is_some_and(|t| at_edge(t, ray, nearer.t));
-        if edge { found.at_edges += 1 } else { found.elsewhere += 1 }
-    }
-    found
-}
-
-/// Whether the ray at `t` is near an edge of the triangle, or beyond it.
-fn at_edge(triangle: &Triangle, ray: &Ray, t: f32) -> bool {
-    let [a, b, c] = triangle.v.map(|p| p.as_dvec3());
-    let point = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(t);
-    let normal = triangle.cross();
-    let twice = normal.length_squared();
-    let weight = |p: glam::DVec3, q: glam::DVec3| (q - p).cross(point - p).dot(normal) / twice;
-    // Not below: a triangle without an area has no weights.
-    !(weight(a, b).min(weight(b, c)).min(weight(c, a)) > EDGE)
 }
