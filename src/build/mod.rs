@@ -1,5 +1,6 @@
 //! Builders: from the boxes of triangles to a tree. Plain functions; they neither time nor print.
 
+pub mod binned_sah;
 pub mod bottom_up;
 mod cost;
 mod input;
@@ -7,6 +8,8 @@ mod options;
 mod original_kdtree;
 mod probe;
 mod registry;
+mod subtrees;
+pub mod sweep_sah;
 #[cfg(test)]
 mod testing;
 pub mod top_down;

@@ -30,11 +30,15 @@ pub enum Work {
     DpSteps,
     /// Entries of a search structure looked at in searches for the nearest cluster: its nodes and its clusters.
     SearchVisits,
+    /// References put into bins.
+    Binned,
+    /// Binary splits of which the cost was taken.
+    SplitCosts,
 }
 
 impl Work {
     /// All kinds, in the order of [`Counters`].
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Combinations,
         Self::ChildCosts,
         Self::BoxUnions,
@@ -47,6 +51,8 @@ impl Work {
         Self::Fallbacks,
         Self::DpSteps,
         Self::SearchVisits,
+        Self::Binned,
+        Self::SplitCosts,
     ];
 
     /// Its name in rows and JSON.
@@ -64,6 +70,8 @@ impl Work {
             Self::Fallbacks => "fallbacks",
             Self::DpSteps => "dp_steps",
             Self::SearchVisits => "search_visits",
+            Self::Binned => "binned",
+            Self::SplitCosts => "split_costs",
         }
     }
 }

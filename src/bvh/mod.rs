@@ -36,6 +36,7 @@ pub enum NodeKind {
 
 impl Node {
     /// An inner node over the nodes `first .. first + children`.
+    #[inline]
     pub fn inner(aabb: Aabb, first: usize, children: usize) -> Self {
         debug_assert!(children > 0);
         Self {
@@ -46,6 +47,7 @@ impl Node {
     }
 
     /// A leaf over the slots `first .. first + triangles`.
+    #[inline]
     pub fn leaf(aabb: Aabb, first: usize, triangles: usize) -> Self {
         debug_assert!(triangles < LEAF as usize);
         Self {

@@ -2,9 +2,10 @@
 
 use super::pipeline::{refined, widened};
 use super::{Builder, Engine, Parameter, Preset};
+use crate::build::binned_sah::{self, BinnedSah};
 use crate::build::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
 use crate::build::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
-use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, Probe};
+use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, Probe, sweep_sah};
 use crate::bvh::Bvh;
 use crate::refine::{Collapse, open_leaves};
 
@@ -52,6 +53,32 @@ pub const BUILDERS: &[Builder] = &[
         timed: agglo_local::<Brake>,
         counted: agglo_local::<Counters>,
     },
+    Builder {
+        id: "sweep-sah",
+        paper: "MacDonald and Booth 1990",
+        summary: "every split of the sorted centres of each axis by its cost: what others are measured by",
+        presets: &[],
+        engines: &[],
+        parameters: BINARY,
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: sweep_sah::<Brake>,
+        counted: sweep_sah::<Counters>,
+    },
+    Builder {
+        id: "binned-sah",
+        paper: "Wald 2007",
+        summary: "planes between equal bins of centres by their cost, one pass a level",
+        presets: &[],
+        engines: &[],
+        parameters: &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse, Parameter::Bins],
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: binned_sah::<Brake>,
+        counted: binned_sah::<Counters>,
+    },
 ];
 
 /// The arities of modern builders: binary, or collapsed.
@@ -89,5 +116,16 @@ fn agglo_local<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) ->
     refined(options, |max_leaf| {
         let triangles = union_area::build_with_leaves(input.boxes, 1, probe)?;
         Ok(open_leaves(&triangles, max_leaf))
+    })
+}
+
+fn sweep_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    refined(options, |max_leaf| sweep_sah::build(input.boxes, &sweep_sah::SweepSah { max_leaf }, probe))
+}
+
+fn binned_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    refined(options, |max_leaf| {
+        let bins = options.bins.unwrap_or(BinnedSah::default().bins);
+        binned_sah::build(input.boxes, &BinnedSah { max_leaf, bins }, probe)
     })
 }

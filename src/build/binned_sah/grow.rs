@@ -1,0 +1,436 @@
+//! From an open node to its subtree.
+
+use super::bins::{Bins, Grid, Plane, SideOf};
+use super::lanes::{Lanes, Span, Survey};
+use super::small::{self, SMALL};
+use super::{WIDEST, few};
+use crate::bvh::Node;
+use crate::geom::Aabb;
+use crate::simd::Simd;
+use rayon::prelude::*;
+
+/// A node of which the references, the box and the bins are known.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    /// Its place among the nodes.
+    pub node: usize,
+    /// Its references: so many, from there on.
+    pub start: usize,
+    pub count: usize,
+    /// In which of the two arrays they are.
+    pub in_second: bool,
+    pub aabb: Lanes,
+    /// Where their centres may be.
+    span: Span,
+    grid: Grid,
+}
+
+/// A node that is to be divided.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Open {
+    pub place: Place,
+    plane: Plane,
+}
+
+/// References in two arrays that take turns, and the slots of the leaves: a part of each.
+pub(super) struct Part<'a> {
+    /// Index of the first reference and of the first slot of this part.
+    pub start: usize,
+    pub arrays: [&'a mut [Lanes]; 2],
+    pub ids: &'a mut [u32],
+}
+
+impl Part<'_> {
+    /// The references of a node, where they are and where they go to, and their slots.
+    #[inline(always)]
+    fn of(&mut self, place: &Place) -> (&mut [Lanes], &mut [Lanes], &mut [u32]) {
+        let range = place.start - self.start..place.start - self.start + place.count;
+        let [first, second] = &mut self.arrays;
+        let (first, second) = (&mut first[range.clone()], &mut second[range.clone()]);
+        let ids = &mut self.ids[range];
+        if place.in_second { (second, first, ids) } else { (first, second, ids) }
+    }
+}
+
+/// Work done.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tally {
+    /// References put into bins.
+    pub binned: u64,
+    /// Splits of which the cost was taken.
+    pub costs: u64,
+}
+
+/// What one thread, or all of them together, grow subtrees with.
+pub(super) struct Grower {
+    simd: Simd,
+    max_leaf: usize,
+    bins: usize,
+    /// The bins of the two children; one more for each further thread that helps to fill them.
+    shares: Vec<Box<Bins>>,
+    stack: Vec<Open>,
+    pub tally: Tally,
+}
+
+/// The axis of a plane between the earlier and the later half of references with the same centre.
+const BY_INDEX: usize = 3;
+
+/// Below so many references a node is divided by one thread.
+const SHARED: usize = 1 << 15;
+
+/// References that are parted before they go into bins, so that what either loop does for one of them overlaps with what
+/// it does for others.
+pub(super) const RUN: usize = 64;
+
+/// From so many references on, every other one has bins of its own.
+const ALTERNATELY: usize = 256;
+
+impl Grower {
+    /// With so many threads to fill bins.
+    pub fn new(simd: Simd, max_leaf: usize, bins: usize, threads: usize) -> Self {
+        let shares = (0..threads).map(|_| Bins::new()).collect();
+        Self { simd, max_leaf, bins, shares, stack: Vec::new(), tally: Tally::default() }
+    }
+
+    /// The root over all references of `part`; written, if it needs no dividing.
+    pub fn root(&mut self, part: &mut Part, survey: &Survey, nodes: &mut Vec<Node>) -> Option<Open> {
+        let (count, simd) = (part.ids.len(), self.simd);
+        let Survey { aabb, span, .. } = *survey;
+        let grid = Grid::over(&span, self.bins_for(count), count >= WIDEST);
+        let run = if count >= SHARED { count.div_ceil(self.shares.len()) } else { count };
+        let runs = part.arrays[0].par_chunks(run).zip(self.shares.par_iter_mut());
+        runs.for_each(|(run, bins)| fill_with(simd, bins, 0, &grid, run));
+        let (all, more) = self.shares.split_first_mut().expect("one share at least");
+        more.iter().take(count.div_ceil(run) - 1).for_each(|share| all.merge(share, 0, grid.bins()));
+        self.tally.binned += count as u64;
+
+        nodes.push(Node::leaf(Aabb::EMPTY, 0, 0));
+        let root = Place { node: 0, start: 0, count, in_second: false, aabb, span, grid };
+        self.settle(0, root, part, nodes)
+    }
+
+    /// Grows everything below `open`, except below nodes of at most `least` references, which are left in `later`.
+    /// Gives up where `go_on`, told of the references of each node that is divided, says so.
+    pub fn grow(
+        &mut self,
+        open: Open,
+        part: &mut Part,
+        nodes: &mut Vec<Node>,
+        least: usize,
+        later: &mut Vec<Open>,
+        mut go_on: impl FnMut(u64) -> bool,
+    ) -> bool {
+        self.stack.clear();
+        self.stack.push(open);
+        while let Some(open) = self.stack.pop() {
+            if open.place.count <= least {
+                later.push(open);
+                continue;
+            }
+            if !go_on(open.place.count as u64) {
+                self.stack.push(open);
+                return false;
+            }
+            #[cfg(target_arch = "x86_64")]
+            if self.simd >= Simd::Avx2 {
+                // SAFETY: `Simd` says that the processor has AVX2.
+                unsafe { self.divide_avx2(&open, part, nodes) };
+                continue;
+            }
+            // SAFETY: without AVX.
+            unsafe { self.divide::<false>(&open, part, nodes) };
+        }
+        true
+    }
+
+    /// Nodes that were left when growing was given up.
+    pub fn pending(&self) -> impl Iterator<Item = usize> + '_ {
+        self.stack.iter().map(|open| open.place.count)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn divide_avx2(&mut self, open: &Open, part: &mut Part, nodes: &mut Vec<Node>) {
+        // SAFETY: AVX2 includes AVX.
+        unsafe { self.divide::<true>(open, part, nodes) };
+    }
+
+    /// Bins of a node: few for few references.
+    #[inline(always)]
+    fn bins_for(&self, count: usize) -> usize {
+        self.bins.min(few(count))
+    }
+
+    /// Parts the references of a node, fills the bins of its children and settles them.
+    ///
+    /// # Safety
+    /// `WIDE` only where the processor has AVX.
+    #[inline(always)]
+    unsafe fn divide<const WIDE: bool>(&mut self, open: &Open, part: &mut Part, nodes: &mut Vec<Node>) {
+        let (place, plane) = (&open.place, &open.plane);
+        let first = nodes.len();
+        nodes[place.node] = Node::inner(place.aabb.aabb(), first, 2);
+        nodes.extend([Node::leaf(Aabb::EMPTY, 0, 0); 2]);
+
+        let counts = [plane.left, place.count - plane.left];
+        let by_index = plane.axis == BY_INDEX;
+        let spans = if by_index { [place.span; 2] } else { place.grid.cut(&place.span, plane.axis, plane.bin as f32) };
+        let spans = [spans[0].within(&plane.boxes[0]), spans[1].within(&plane.boxes[1])];
+        let grids = [0, 1].map(|side| {
+            let binned = counts[side] > SMALL && !by_index;
+            binned.then(|| Grid::over(&spans[side], self.bins_for(counts[side]), counts[side] >= WIDEST))
+        });
+        let (from, to, _) = part.of(place);
+        if by_index {
+            to.copy_from_slice(from);
+        } else {
+            let cut = Cut { side_of: place.grid.side_of(plane.axis, plane.bin), grids };
+            self.tally.binned += counts.iter().filter(|&&n| n > SMALL).sum::<usize>() as u64;
+            if self.shares.len() > 1 && place.count >= SHARED {
+                self.pass_shared(from, to, plane.left, &cut);
+            } else {
+                let to = Whole { to, left: 0, first_right: plane.left, moved: 0, last: (0, 0) };
+                // SAFETY: the caller's.
+                unsafe { cut.pass::<WIDE>(from, to, &mut self.shares[0]) };
+            }
+        }
+        let in_second = !place.in_second;
+        let starts = [place.start, place.start + plane.left];
+        for side in [1, 0] {
+            let child = Place {
+                node: first + side,
+                start: starts[side],
+                count: counts[side],
+                in_second,
+                aabb: plane.boxes[side],
+                span: spans[side],
+                grid: grids[side].unwrap_or(Grid::NONE),
+            };
+            if let Some(open) = self.settle(side, child, part, nodes) {
+                self.stack.push(open);
+            }
+        }
+    }
+
+    /// Makes a node a leaf, or a small subtree, or opens it with the best plane of its bins.
+    #[inline(always)]
+    fn settle(&mut self, side: usize, mut place: Place, part: &mut Part, nodes: &mut Vec<Node>) -> Option<Open> {
+        let (references, _, ids) = part.of(&place);
+        let references = &*references;
+        let Place { node, start, count, .. } = place;
+        let m = self.max_leaf;
+        if count <= SMALL {
+            self.tally.costs += match *references {
+                [a] => small::write(&[a], m, node, start, ids, nodes),
+                [a, b] => small::write(&[a, b], m, node, start, ids, nodes),
+                [a, b, c] => small::write(&[a, b, c], m, node, start, ids, nodes),
+                [a, b, c, d] => small::write(&[a, b, c, d], m, node, start, ids, nodes),
+                _ => 0,
+            };
+            return None;
+        }
+        self.tally.costs += 3 * (place.grid.bins() as u64 - 1);
+        let mut best = self.shares[0].best(side, place.grid.bins(), count);
+        if best.is_none() {
+            place.span = Span::around(references);
+            place.grid = Grid::over(&place.span, self.bins_for(count), count >= WIDEST);
+            fill_with(self.simd, &mut self.shares[0], side, &place.grid, references);
+            self.tally.binned += count as u64;
+            self.tally.costs += 3 * (place.grid.bins() as u64 - 1);
+            best = self.shares[0].best(side, place.grid.bins(), count);
+        }
+        let plane = best.unwrap_or_else(|| {
+            let left = count / 2;
+            let boxes = [&references[..left], &references[left..]]
+                .map(|half| half.iter().fold(Lanes::EMPTY, |all, one| all.union(one)));
+            let cost = boxes[0].half_area() * left as f32 + boxes[1].half_area() * (count - left) as f32;
+            self.tally.costs += 1;
+            Plane { cost, axis: BY_INDEX, bin: 0, left, boxes }
+        });
+        let area = place.aabb.half_area();
+        if count <= m && area * count as f32 <= area + plane.cost {
+            ids.iter_mut().zip(references).for_each(|(id, reference)| *id = reference.tag());
+            nodes[node] = Node::leaf(place.aabb.aabb(), start, count);
+            return None;
+        }
+        Some(Open { place, plane })
+    }
+
+    /// [`Cut::pass`] by all threads, each with its own run of references.
+    fn pass_shared(&mut self, from: &[Lanes], to: &mut [Lanes], left: usize, cut: &Cut) {
+        let simd = self.simd;
+        let run = from.len().div_ceil(self.shares.len());
+        let lefts: Vec<usize> = from.par_chunks(run).map(|run| cut.lefts(run)).collect();
+        let (mut left, mut right) = to.split_at_mut(left);
+        let mut runs = Vec::with_capacity(lefts.len());
+        for ((run, n), bins) in from.chunks(run).zip(lefts).zip(&mut self.shares) {
+            let (this_left, more_left) = left.split_at_mut(n);
+            let (this_right, more_right) = right.split_at_mut(run.len() - n);
+            (left, right) = (more_left, more_right);
+            runs.push((run, Parted { to: [this_left, this_right], at: [0; 2], last: [0; 2] }, bins));
+        }
+        let used = runs.len();
+        runs.into_par_iter().for_each(|(from, to, bins)| {
+            cut.pass_with(simd, from, to, bins);
+        });
+        let (all, more) = self.shares.split_first_mut().expect("one share at least");
+        for share in &more[..used - 1] {
+            (0..2).for_each(|side| all.merge(share, side, cut.grids[side].as_ref().map_or(0, Grid::bins)));
+        }
+    }
+}
+
+/// Fills the bins of a node from nothing.
+///
+/// # Safety
+/// `WIDE` only where the processor has AVX.
+#[inline(always)]
+unsafe fn fill<const WIDE: bool>(bins: &mut Bins, side: usize, grid: &Grid, references: &[Lanes]) {
+    bins.clear(side, grid.bins(), true);
+    for run in references.chunks(RUN) {
+        // SAFETY: the caller's.
+        unsafe { bins.add::<WIDE>(side, grid, run, true) };
+    }
+    bins.merge_others(side, grid.bins());
+}
+
+fn fill_with(simd: Simd, bins: &mut Bins, side: usize, grid: &Grid, references: &[Lanes]) {
+    #[cfg(target_arch = "x86_64")]
+    if simd >= Simd::Avx2 {
+        // SAFETY: `Simd` says that the processor has AVX2.
+        return unsafe { fill_avx2(bins, side, grid, references) };
+    }
+    // SAFETY: without AVX.
+    unsafe { fill::<false>(bins, side, grid, references) };
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn fill_avx2(bins: &mut Bins, side: usize, grid: &Grid, references: &[Lanes]) {
+    // SAFETY: AVX2 includes AVX.
+    unsafe { fill::<true>(bins, side, grid, references) };
+}
+
+/// Where references go to.
+trait Target {
+    /// Puts one behind those of its side.
+    fn put(&mut self, side: usize, reference: &Lanes);
+
+    /// Those put to each side since the last call.
+    fn latest(&mut self) -> [&[Lanes]; 2];
+}
+
+/// Both sides, next to each other.
+struct Whole<'a> {
+    to: &'a mut [Lanes],
+    /// References on the left so far.
+    left: usize,
+    first_right: usize,
+    /// References on both sides so far.
+    moved: usize,
+    /// `left` and `moved` at the last call of [`Target::latest`].
+    last: (usize, usize),
+}
+
+impl Target for Whole<'_> {
+    #[inline(always)]
+    fn put(&mut self, side: usize, reference: &Lanes) {
+        // Without a branch, which would be guessed wrong often.
+        let right = self.first_right + (self.moved - self.left);
+        let at = self.left ^ ((self.left ^ right) & side.wrapping_neg());
+        self.to[at] = *reference;
+        self.left += 1 - side;
+        self.moved += 1;
+    }
+
+    #[inline(always)]
+    fn latest(&mut self) -> [&[Lanes]; 2] {
+        let (left, moved) = std::mem::replace(&mut self.last, (self.left, self.moved));
+        let right = self.first_right + (moved - left)..self.first_right + (self.moved - self.left);
+        [&self.to[left..self.left], &self.to[right]]
+    }
+}
+
+/// A part of each side.
+struct Parted<'a> {
+    to: [&'a mut [Lanes]; 2],
+    at: [usize; 2],
+    /// `at` at the last call of [`Target::latest`].
+    last: [usize; 2],
+}
+
+impl Target for Parted<'_> {
+    #[inline(always)]
+    fn put(&mut self, side: usize, reference: &Lanes) {
+        self.to[side][self.at[side]] = *reference;
+        self.at[side] += 1;
+    }
+
+    #[inline(always)]
+    fn latest(&mut self) -> [&[Lanes]; 2] {
+        let last = std::mem::replace(&mut self.last, self.at);
+        [0, 1].map(|side| &self.to[side][last[side]..self.at[side]])
+    }
+}
+
+/// How the references of a node part, and into which bins they go.
+struct Cut {
+    side_of: SideOf,
+    /// The bins of the two children; none for a child that needs none.
+    grids: [Option<Grid>; 2],
+}
+
+impl Cut {
+    /// Moves each reference to its side, in the order in which they are, and into the bins of that side.
+    ///
+    /// # Safety
+    /// `WIDE` only where the processor has AVX.
+    #[inline(always)]
+    unsafe fn pass<const WIDE: bool>(&self, from: &[Lanes], mut to: impl Target, bins: &mut Bins) {
+        let alternately = from.len() >= ALTERNATELY;
+        for (side, grid) in self.grids.iter().enumerate() {
+            if let Some(grid) = grid {
+                bins.clear(side, grid.bins(), alternately);
+            }
+        }
+        for run in from.chunks(RUN) {
+            for reference in run {
+                to.put(self.side_of.is_right(reference).bitmask() as usize & 1, reference);
+            }
+            let latest = to.latest();
+            for (side, (grid, latest)) in self.grids.iter().zip(latest).enumerate() {
+                if let Some(grid) = grid {
+                    // SAFETY: the caller's.
+                    unsafe { bins.add::<WIDE>(side, grid, latest, alternately) };
+                }
+            }
+        }
+        if alternately {
+            for (side, grid) in self.grids.iter().enumerate() {
+                bins.merge_others(side, grid.as_ref().map_or(0, Grid::bins));
+            }
+        }
+    }
+
+    fn pass_with(&self, simd: Simd, from: &[Lanes], to: impl Target, bins: &mut Bins) {
+        #[cfg(target_arch = "x86_64")]
+        if simd >= Simd::Avx2 {
+            // SAFETY: `Simd` says that the processor has AVX2.
+            return unsafe { self.pass_avx2(from, to, bins) };
+        }
+        // SAFETY: without AVX.
+        unsafe { self.pass::<false>(from, to, bins) };
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn pass_avx2(&self, from: &[Lanes], to: impl Target, bins: &mut Bins) {
+        // SAFETY: AVX2 includes AVX.
+        unsafe { self.pass::<true>(from, to, bins) };
+    }
+
+    /// References on the left side.
+    fn lefts(&self, from: &[Lanes]) -> usize {
+        from.iter().filter(|reference| self.side_of.is_right(reference).bitmask() == 0).count()
+    }
+}
