@@ -38,7 +38,7 @@ pub enum Work {
 
 impl Work {
     /// All kinds, in the order of [`Counters`].
-    pub const ALL: [Self; 14] = [
+    pub const ALL: &[Self] = &[
         Self::Combinations,
         Self::ChildCosts,
         Self::BoxUnions,
@@ -169,6 +169,6 @@ impl Counters {
 
     /// The kinds that occurred, with their counts.
     pub fn nonzero(&self) -> impl Iterator<Item = (&'static str, u64)> + '_ {
-        Work::ALL.into_iter().map(|w| (w.name(), self.get(w))).filter(|&(_, n)| n > 0)
+        Work::ALL.iter().map(|&w| (w.name(), self.get(w))).filter(|&(_, n)| n > 0)
     }
 }
