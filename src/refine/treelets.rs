@@ -13,7 +13,7 @@
 //! Deviations: one thread; all nodes instead of those over a least number of triangles.
 
 use super::Watch;
-use super::dynamic::{Dynamic, Wide};
+use super::dynamic::{Dynamic, ROOT, Wide};
 use crate::bvh::Bvh;
 
 /// Parts of a treelet.
@@ -39,8 +39,10 @@ const BATCH: usize = 1 << 10;
 pub fn restructure(bvh: &Bvh, max_leaf: usize, watch: &mut Watch) -> Bvh {
     let Some(mut tree) = Dynamic::new(bvh, max_leaf) else { return bvh.clone() };
     let mut cost = tree.cost();
+    let slots = tree.all_but_root().end as usize;
+    let mut state = State { changed: vec![1; slots], seen: vec![0; slots], now: 1, table: Table::new(&tree) };
     for _ in 0..MOST_PASSES {
-        let gain = pass(&mut tree, watch);
+        let gain = state.pass(&mut tree, watch);
         cost -= gain;
         if watch.stopped() || gain < LEAST_GAIN * cost {
             break;
@@ -49,27 +51,52 @@ pub fn restructure(bvh: &Bvh, max_leaf: usize, watch: &mut Watch) -> Bvh {
     tree.finish()
 }
 
-/// Visits all inner nodes: what the cost lost.
-fn pass(tree: &mut Dynamic, watch: &mut Watch) -> f64 {
-    let order = tree.deepest_first();
-    let mut table = Table { costs: [0.0; SETS], splits: [0; SETS] };
-    let mut gain = 0.0;
-    for batch in order.chunks(BATCH) {
-        for &slot in batch {
-            let Some(treelet) = Treelet::below(tree, slot) else { continue };
-            let Some(shape) = table.best(tree, &treelet) else { continue };
-            let gained = tree.reshape(slot, &treelet.pairs, &treelet.parts, &shape);
-            if gained > 0.0 {
-                gain += gained;
-                watch.moves += 1;
+/// What passes remember.
+struct State {
+    /// For every slot, the number of the change that wrote it last.
+    changed: Vec<u32>,
+    /// For every slot, the changes so far when the treelet below it was looked at last.
+    seen: Vec<u32>,
+    /// Changes so far; the first is the tree as it comes.
+    now: u32,
+    table: Table,
+}
+
+impl State {
+    /// Visits all inner nodes, but not those whose treelet is as it was when they were visited last: what the cost lost.
+    fn pass(&mut self, tree: &mut Dynamic, watch: &mut Watch) -> f64 {
+        let order = tree.deepest_first();
+        let mut gain = 0.0;
+        for batch in order.chunks(BATCH) {
+            for &slot in batch {
+                gain += self.visit(tree, slot, watch);
+            }
+            if !watch.go_on() {
+                break;
             }
         }
-        watch.stepped((batch.len() * SETS) as u64);
-        if !watch.go_on() {
-            break;
-        }
+        gain
     }
-    gain
+
+    /// Gives the treelet of a node its best shape: what the cost lost.
+    fn visit(&mut self, tree: &mut Dynamic, root: u32, watch: &mut Watch) -> f64 {
+        watch.stepped(1);
+        let Some(treelet) = Treelet::below(tree, root) else { return 0.0 };
+        let slots = || treelet.pairs.iter().flat_map(|&pair| [pair, pair + 1]).chain([root]);
+        let seen = std::mem::replace(&mut self.seen[root as usize], self.now);
+        if slots().all(|slot| self.changed[slot as usize] <= seen) {
+            return 0.0;
+        }
+        watch.stepped(1 << treelet.parts.len());
+        let Some(shape) = self.table.best(tree, &treelet) else { return 0.0 };
+        let gain = tree.reshape(root, &treelet.pairs, &treelet.parts, &shape);
+        if gain > 0.0 {
+            watch.moves += 1;
+            self.now += 1;
+            slots().for_each(|slot| self.changed[slot as usize] = self.now);
+        }
+        gain
+    }
 }
 
 /// Part of a tree.
@@ -104,26 +131,31 @@ impl Treelet {
     }
 }
 
-/// The least cost of a tree over every set of parts, and the split at its root.
+/// Of every set of parts, the box, the least cost of a tree, and the split at its root.
 struct Table {
+    boxes: [Wide; SETS],
     costs: [f32; SETS],
     splits: [u8; SETS],
 }
 
 impl Table {
+    /// One to be filled.
+    fn new(tree: &Dynamic) -> Self {
+        Self { boxes: [tree.at(ROOT).wide(); SETS], costs: [0.0; SETS], splits: [0; SETS] }
+    }
+
     /// The splits of the best tree over the parts, each a set of parts and the half that goes left, parents before children.
     /// None where it is no better than the one that is there.
     fn best(&mut self, tree: &Dynamic, treelet: &Treelet) -> Option<Vec<[u8; 2]>> {
         let sets = 1usize << treelet.parts.len();
-        let mut boxes: [Wide; SETS] = [tree.at(treelet.parts[0]).wide(); SETS];
         for set in 1..sets {
             let (last, rest) = (set.ilog2() as usize, set & !(1 << set.ilog2()));
             let part = tree.at(treelet.parts[last]).wide();
             if rest == 0 {
-                (boxes[set], self.costs[set]) = (part, 0.0);
+                (self.boxes[set], self.costs[set]) = (part, 0.0);
                 continue;
             }
-            boxes[set] = boxes[rest].union(&part);
+            self.boxes[set] = self.boxes[rest].union(&part);
             // The side with the last part, and any but all of the rest.
             let mut best = (f32::INFINITY, 0);
             let mut others = rest;
@@ -135,7 +167,7 @@ impl Table {
                     best = (cost, side);
                 }
             }
-            (self.costs[set], self.splits[set]) = (best.0 + boxes[set].half_area(), best.1 as u8);
+            (self.costs[set], self.splits[set]) = (best.0 + self.boxes[set].half_area(), best.1 as u8);
         }
         if self.costs[sets - 1] >= treelet.area * (1.0 - 1e-5) {
             return None;
