@@ -6,6 +6,10 @@ use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+#[cfg(feature = "peers")]
+#[path = "benches/peers/shim.rs"]
+mod shim;
+
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").args(arguments).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
@@ -49,4 +53,6 @@ fn main() {
         None => format!("unknown-{:016x}", fingerprint()),
     };
     println!("cargo::rustc-env=BVH_LAB_COMMIT={name}");
+    #[cfg(feature = "peers")]
+    shim::build();
 }

@@ -1,8 +1,9 @@
 //! Every builder, reading, engine and arity on every generated family at small sizes: valid trees, the same ones every time.
 
 use bvh_lab::build::{BUILDERS, Brake, BuildError, BuildOptions, Builder, Counters, Input, Parameter, Preset};
-use bvh_lab::bvh::{Bvh, tree_hash, validate};
+use bvh_lab::bvh::{Bvh, tree_hash, validate, validate_parts};
 use bvh_lab::geom::Aabb;
+use bvh_lab::refine::{Collapse, STEPS};
 use bvh_lab::scene::Scene;
 use bvh_lab::scene::families::FAMILIES;
 use glam::Vec3;
@@ -40,6 +41,25 @@ fn every_family_at_every_small_size() {
             let boxes = Scene::load(&format!("gen:{}:{n}", family.name)).unwrap().boxes();
             assert_eq!(boxes.len(), n);
             variants().for_each(|v| drop(build(v, &boxes)));
+        }
+    }
+}
+
+#[test]
+fn known_triangles_make_valid_trees_the_same_ones_every_time() {
+    for family in FAMILIES {
+        for n in (1..=9).chain([33, 120]) {
+            let scene = Scene::load(&format!("gen:{}:{n}", family.name)).unwrap();
+            let boxes = scene.boxes();
+            let input = Input::of_triangles(&scene.triangles, &boxes);
+            for (builder, options) in variants().filter(|(builder, _)| builder.spatial) {
+                let bvh = (builder.counted)(input, &options, &mut Counters::default()).unwrap();
+                if let Err(violations) = validate_parts(&bvh, &scene.triangles, &boxes, &builder.limits(&options)) {
+                    panic!("{} {options:?}, {}, {n} triangles: {violations}", builder.id, family.name);
+                }
+                let again = (builder.timed)(input, &options, &mut Brake::default()).unwrap();
+                assert_eq!(tree_hash(&bvh), tree_hash(&again), "{} {options:?}", builder.id);
+            }
         }
     }
 }
@@ -92,6 +112,31 @@ fn deep_and_coincident_scenes_end_without_a_call_stack() {
         let boxes = Scene::load(scene).unwrap().boxes();
         for v in variants().filter(|(_, o)| o.preset == Preset::Published) {
             build(v, &boxes);
+        }
+    }
+}
+
+#[test]
+fn every_step_and_every_collapse_after_every_builder() {
+    let takes_steps = BUILDERS.iter().filter(|b| b.parameters.contains(&Parameter::Refine));
+    let scenes = ["gen:soup:1", "gen:soup:2", "gen:soup:5", "gen:soup:400", "gen:nested:400", "gen:coincident:400"];
+    let scenes = scenes.map(|scene| Scene::load(scene).unwrap().boxes());
+    for builder in takes_steps {
+        for step in STEPS {
+            for (arity, collapse) in [(2, None)].into_iter().chain(Collapse::ALL.map(|c| (8, Some(c)))) {
+                let refine = step.id.parse().unwrap();
+                let options = BuildOptions { arity, collapse, refine, ..BuildOptions::default() };
+                if builder.spatial && !step.step.takes_parts() {
+                    assert!(builder.check(&options).is_err(), "{}+{}", builder.id, step.id);
+                    continue;
+                }
+                builder.check(&options).unwrap();
+                for boxes in &scenes {
+                    let doubled: Vec<_> = boxes.iter().map(|b| Aabb::new(b.min * 2.0, b.max * 2.0)).collect();
+                    let hashes = [boxes, &doubled].map(|boxes| tree_hash(&build((builder, options), boxes)));
+                    assert_eq!(hashes[0], hashes[1], "{}+{}", builder.id, step.id);
+                }
+            }
         }
     }
 }

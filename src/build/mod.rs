@@ -4,12 +4,15 @@ pub mod binned_sah;
 pub mod bottom_up;
 mod cost;
 mod input;
+pub mod kway_sah;
 pub mod lbvh;
 mod morton;
 mod options;
 mod original_kdtree;
+pub mod ploc;
 mod probe;
 mod registry;
+pub mod sbvh;
 mod subtrees;
 pub mod sweep_sah;
 #[cfg(test)]

@@ -38,6 +38,12 @@ pub enum Work {
     Binned,
     /// Binary splits of which the cost was taken.
     SplitCosts,
+    /// Searches for a better place of a subtree.
+    PlaceSearches,
+    /// Nodes looked at in searches for a better place of a subtree.
+    PlaceVisits,
+    /// Reinsertions and rotations that were kept.
+    Moves,
 }
 
 impl Work {
@@ -59,6 +65,9 @@ impl Work {
         Self::Rounds,
         Self::Binned,
         Self::SplitCosts,
+        Self::PlaceSearches,
+        Self::PlaceVisits,
+        Self::Moves,
     ];
 
     /// Its name in rows and JSON.
@@ -80,6 +89,9 @@ impl Work {
             Self::Rounds => "rounds",
             Self::Binned => "binned",
             Self::SplitCosts => "split_costs",
+            Self::PlaceSearches => "place_searches",
+            Self::PlaceVisits => "place_visits",
+            Self::Moves => "moves",
         }
     }
 }

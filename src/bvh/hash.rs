@@ -16,8 +16,8 @@ impl fmt::Display for TreeHash {
 /// Hashes topology, child order and the *set* of triangles of every leaf.
 ///
 /// The canonical form is the preorder sequence of nodes, each a tag (0 inner, 1 leaf) and a count, a leaf followed by its
-/// ids in rising order, all as little-endian u32. Node positions, slot order and boxes (which follow from the triangles)
-/// do not enter.
+/// ids in rising order, all as little-endian u32. Node positions, slot order and boxes do not enter. Boxes follow from the
+/// triangles, but for those of parts of triangles (spatial splits).
 pub fn tree_hash(bvh: &Bvh) -> TreeHash {
     let mut hasher = blake3::Hasher::new();
     let mut buffer = Vec::with_capacity(1 << 14);

@@ -1,12 +1,13 @@
 //! The tree: one node layout for every arity, and what can be asked of a finished tree.
 
+pub mod file;
 mod hash;
 #[cfg(test)]
 pub(crate) mod testing;
 mod validate;
 
 pub use hash::{TreeHash, tree_hash};
-pub use validate::{Coverage, Limits, Violation, Violations, validate};
+pub use validate::{Coverage, Limits, Violation, Violations, validate, validate_parts};
 
 use crate::geom::Aabb;
 

@@ -1,7 +1,11 @@
 //! The validator: whether a tree is a tree, and what it covers.
 
+mod cover;
+
 use super::{Bvh, NodeKind};
-use crate::geom::Aabb;
+use crate::geom::{Aabb, Triangle};
+use cover::is_covered;
+use rayon::prelude::*;
 use std::fmt;
 
 /// What a valid tree is held to, besides its own arity.
@@ -118,6 +122,9 @@ pub enum Violation {
     /// A triangle that no leaf holds.
     #[error("triangle {0} stands in no leaf")]
     Missing(usize),
+    /// A triangle of which some part lies in no leaf that holds it.
+    #[error("a part of triangle {0} lies in none of the leaves that hold it")]
+    Uncovered(usize),
     /// A box that is not the union of the boxes below it.
     #[error("the box of node {0} is not the union of the boxes below it")]
     LooseBox(usize),
@@ -162,17 +169,39 @@ impl std::error::Error for Violations {}
 /// - A triangle may stand in several leaves (but not twice in one). A leaf with such a triangle need not be tight: its
 ///   slots may have been permuted after its box was taken.
 ///
+/// With [`Limits::spatial`] a triangle may stand in several leaves, but not twice in one. A leaf with such a triangle need
+/// not be tight, but must lie within the boxes of its triangles; and the leaves with a triangle must reach all
+/// six faces of its box, which is all that can be said without the triangle: see [`validate_parts`].
+///
 /// # Errors
 /// The violations found; garbage of any kind is a violation, never a panic.
 pub fn validate(bvh: &Bvh, boxes: &[Aabb], limits: &Limits) -> Result<Coverage, Violations> {
-    let mut check = Check { bvh, boxes, limits, found: Violations { first: Vec::new(), total: 0 } };
-    let coverage = check.run();
-    if check.found.total == 0 { Ok(coverage) } else { Err(check.found) }
+    Check { bvh, boxes, triangles: None, limits, found: Violations { first: Vec::new(), total: 0 } }.result()
+}
+
+/// [`validate`], and with [`Limits::spatial`] that every point of every triangle lies in a leaf that holds it. A gap no
+/// wider than 2⁻²⁵ of the triangle's longest extent does not count.
+///
+/// # Errors
+/// As [`validate`].
+///
+/// # Panics
+/// Where there are not as many boxes as triangles.
+pub fn validate_parts(
+    bvh: &Bvh,
+    triangles: &[Triangle],
+    boxes: &[Aabb],
+    limits: &Limits,
+) -> Result<Coverage, Violations> {
+    assert_eq!(triangles.len(), boxes.len());
+    let found = Violations { first: Vec::new(), total: 0 };
+    Check { bvh, boxes, triangles: Some(triangles), limits, found }.result()
 }
 
 struct Check<'a> {
     bvh: &'a Bvh,
     boxes: &'a [Aabb],
+    triangles: Option<&'a [Triangle]>,
     limits: &'a Limits,
     found: Violations,
 }
@@ -189,6 +218,11 @@ struct Place {
 }
 
 impl Check<'_> {
+    fn result(mut self) -> Result<Coverage, Violations> {
+        let coverage = self.run();
+        if self.found.total == 0 { Ok(coverage) } else { Err(self.found) }
+    }
+
     fn report(&mut self, violation: Violation) {
         if self.found.first.len() < Violations::KEPT {
             self.found.first.push(violation);
@@ -318,6 +352,9 @@ impl Check<'_> {
             coverage.references = claimed;
             let holders = self.holders(&sound, places, coverage);
             self.leaf_boxes(&sound, &holders);
+            if self.limits.spatial {
+                self.parts(&sound, &holders);
+            }
         }
     }
 
@@ -333,12 +370,14 @@ impl Check<'_> {
                     self.report(Violation::UnknownTriangle { leaf, triangle });
                     continue;
                 }
-                if held[t] > 0 && (!self.limits.q8 || last_holder[t] == leaf) {
+                let may_repeat = self.limits.q8 || self.limits.spatial;
+                if held[t] > 0 && (!may_repeat || last_holder[t] == leaf) {
                     self.report(Violation::Repeated { leaf, triangle });
                 }
                 held[t] += u32::from(last_holder[t] != leaf);
                 last_holder[t] = leaf;
-                visible[t] |= places[leaf].seen_through.contains(&self.boxes[t]);
+                // Where parts are held, whether each is in its leaf is asked of them all together.
+                visible[t] |= self.limits.spatial || places[leaf].seen_through.contains(&self.boxes[t]);
             }
         }
         for t in 0..self.boxes.len() {
@@ -359,12 +398,47 @@ impl Check<'_> {
             if ids.iter().any(|&t| t as usize >= held.len()) {
                 continue;
             }
-            let exempt = self.limits.q8 && ids.iter().any(|&t| held[t as usize] > 1);
+            let repeated = ids.iter().any(|&t| held[t as usize] > 1);
             let union = Aabb::union_of(ids.iter().map(|&t| &self.boxes[t as usize]));
-            if !exempt && self.bvh.nodes[leaf].aabb != union {
+            let aabb = &self.bvh.nodes[leaf].aabb;
+            let tight = aabb == &union
+                || (repeated && self.limits.q8)
+                || (repeated && self.limits.spatial && !aabb.is_empty() && union.contains(aabb));
+            if !tight {
                 self.report(Violation::LooseBox(leaf));
             }
         }
+    }
+
+    /// Checks that the leaves with a triangle hold all of it.
+    fn parts(&mut self, leaves: &[usize], held: &[u32]) {
+        // Leaves by triangle: those of triangle t are `holders[starts[t] .. starts[t + 1]]`.
+        let mut starts = vec![0usize; held.len() + 1];
+        for (t, &n) in held.iter().enumerate() {
+            starts[t + 1] = starts[t] + n as usize;
+        }
+        let mut next = starts.clone();
+        let mut holders = vec![Aabb::EMPTY; starts[held.len()]];
+        for &leaf in leaves {
+            for &t in self.bvh.leaf_triangles(leaf) {
+                // One that stands twice in a leaf is reported, and counted once.
+                let Some(place) = next.get_mut(t as usize).filter(|at| **at < starts[t as usize + 1]) else { continue };
+                holders[*place] = self.bvh.nodes[leaf].aabb;
+                *place += 1;
+            }
+        }
+        let (boxes, triangles) = (self.boxes, self.triangles);
+        let uncovered: Vec<usize> = (0..held.len())
+            .into_par_iter()
+            .filter(|&t| {
+                let holders = &holders[starts[t]..starts[t + 1]];
+                let (whole, union) = (&boxes[t], Aabb::union_of(holders));
+                // One that no leaf holds is reported as missing.
+                let alone = holders.is_empty() || holders.iter().any(|leaf| leaf.contains(whole));
+                !(alone || union.contains(whole) && triangles.is_none_or(|all| is_covered(&all[t], holders)))
+            })
+            .collect();
+        uncovered.into_iter().for_each(|t| self.report(Violation::Uncovered(t)));
     }
 }
 

@@ -110,6 +110,9 @@ pub struct TreeArguments {
     pub arity: usize,
     #[command(flatten)]
     pub reading: ReadingArguments,
+    /// Instead of a builder: a tree from a file, as `build SCENE -o TREE.bvh` or any other program wrote it
+    #[arg(long = "tree", value_name = "TREE.bvh", conflicts_with_all = ["builder", "arity", "ReadingArguments"])]
+    pub file: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -160,11 +163,23 @@ pub struct BuildArguments {
     #[command(flatten)]
     pub tree: TreeArguments,
     /// Seconds that the build may take; beyond that it is capped and projected [default: no limit]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true, conflicts_with = "file")]
     pub budget: Option<Duration>,
     /// Every timed run in a fresh process, into fresh memory
-    #[arg(long)]
+    #[arg(long, conflicts_with = "file")]
     pub cold: bool,
+    /// Write the tree
+    #[arg(short, long, value_name = "TREE.bvh")]
+    pub output: Option<PathBuf>,
+    /// With --tree: give the tree new boxes, its scene having as many triangles whose vertices have moved
+    #[arg(long, requires = "file", conflicts_with_all = ["builder", "arity", "ReadingArguments"])]
+    pub refit: bool,
+    /// With --refit: compare with a fresh tree by this builder
+    #[arg(long, value_name = "BUILDER", value_parser = recipe, requires = "refit", conflicts_with = "builder")]
+    pub against: Option<Recipe>,
+    /// Measure the leaf count variability, too: over the rays of `trace --rays diffuse`
+    #[arg(long)]
+    pub lcv: bool,
     #[command(flatten)]
     pub run: RunArguments,
 }

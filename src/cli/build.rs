@@ -1,15 +1,19 @@
 //! `bvh-lab build`: one tree, its time, its work, its statistics.
 
 use super::arguments::{BuildArguments, RunArguments};
-use super::output::{json, maybe, say, spread_text};
+use super::output::{json, maybe, say, short, spread_text};
+use super::tree_file::{self, RefitReport};
 use super::{Failure, Outcome, off, wrong};
-use bvh_lab::build::{BuildOptions, Builder, Engine, Preset};
-use bvh_lab::cost::{SahParams, epo, sah, stats};
-use bvh_lab::lab::{BuildCell, Built, Measured, Repeats, human_seconds, measure_build, spread};
+use bvh_lab::build::{BuildOptions, Engine, Preset, find};
+use bvh_lab::bvh::file::{self, SavedTree};
+use bvh_lab::bvh::{Bvh, Coverage, Limits, tree_hash};
+use bvh_lab::cost::{SahParams, epo, leaf_counts, sah, stats};
+use bvh_lab::lab::{BuildCell, Built, Measured, Repeats, human_seconds, leaf_count_rays, measure_build, spread};
 use bvh_lab::rows::{Spread, Status};
 use bvh_lab::scene::Scene;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
@@ -22,7 +26,10 @@ pub struct BuildReport {
     pub scene: String,
     pub triangles: usize,
     pub dropped: usize,
+    /// `file` where the tree came from one.
     pub builder: &'static str,
+    /// That file.
+    pub tree: Option<String>,
     pub refine: Vec<&'static str>,
     pub arity: usize,
     pub preset: Option<&'static str>,
@@ -43,10 +50,13 @@ pub struct BuildReport {
     pub leaf_histogram: Option<Vec<usize>>,
     pub sah: Option<f64>,
     pub epo: Option<f64>,
+    /// Only where asked for.
+    pub lcv: Option<f64>,
     pub bytes: Option<usize>,
     pub q8_duplicated: Option<usize>,
     pub q8_hidden: Option<usize>,
     pub counters: BTreeMap<&'static str, u64>,
+    pub refit: Option<RefitReport>,
     pub version: &'static str,
     pub commit: &'static str,
 }
@@ -57,7 +67,14 @@ impl BuildReport {
     /// # Errors
     /// A builder that fails or returns a wrong tree.
     pub fn measure(scene: &Scene, cell: &BuildCell) -> Result<(Self, Option<Box<Built>>), Failure> {
-        let mut report = Self::empty(scene, cell.builder, &cell.options);
+        let (builder, options) = (cell.builder, &cell.options);
+        let mut report = Self {
+            builder: builder.id,
+            preset: builder.preset(options).map(Preset::id),
+            engine: builder.engine(options).map(Engine::id),
+            threads: builder.threads(options),
+            ..Self::empty(scene, options)
+        };
         let built = match measure_build(&scene.triangles, cell) {
             Measured::Ok(built) => built,
             Measured::Capped { projected_ms } => {
@@ -67,37 +84,52 @@ impl BuildReport {
             }
             Measured::Failed(why) => return Err(wrong(format!("{} on {}: {why}", cell.builder.id, scene.name))),
         };
-        let tree = stats(&built.bvh);
+        report.describe(scene, &built.bvh, &built.coverage);
         report.build_ms = Some(milliseconds(built.seconds));
         report.tree_hash = Some(built.hash.to_string());
-        report.inner = Some(tree.inner);
-        report.leaves = Some(tree.leaves);
-        report.empty = Some(tree.empty);
-        report.avg_degree = tree.avg_degree;
-        report.max_depth = Some(tree.max_depth);
-        report.max_leaf = Some(tree.max_leaf);
-        report.leaf_histogram = Some(tree.leaf_histogram);
-        report.sah = sah(&built.bvh, SahParams::default());
-        report.epo = (scene.triangles.len() <= EPO_LIMIT).then(|| epo(&built.bvh, &scene.triangles)).flatten();
-        report.bytes = Some(tree.bytes);
-        report.q8_duplicated = Some(built.coverage.duplicated);
-        report.q8_hidden = Some(built.coverage.hidden);
         report.counters = built.counters.nonzero().collect();
         Ok((report, Some(built)))
     }
 
-    fn empty(scene: &Scene, builder: &Builder, options: &BuildOptions) -> Self {
+    /// What a tree from a file is worth: everything that a build has but time and work.
+    pub fn of_file(scene: &Scene, path: &Path, saved: &SavedTree) -> Self {
+        let options = BuildOptions { arity: saved.bvh.arity, ..BuildOptions::default() };
+        let mut report = Self { tree: Some(path.display().to_string()), ..Self::empty(scene, &options) };
+        report.describe(scene, &saved.bvh, &saved.coverage);
+        report.tree_hash = Some(tree_hash(&saved.bvh).to_string());
+        report
+    }
+
+    fn describe(&mut self, scene: &Scene, bvh: &Bvh, coverage: &Coverage) {
+        let tree = stats(bvh);
+        self.inner = Some(tree.inner);
+        self.leaves = Some(tree.leaves);
+        self.empty = Some(tree.empty);
+        self.avg_degree = tree.avg_degree;
+        self.max_depth = Some(tree.max_depth);
+        self.max_leaf = Some(tree.max_leaf);
+        self.leaf_histogram = Some(tree.leaf_histogram);
+        self.sah = sah(bvh, SahParams::default());
+        self.epo = (scene.triangles.len() <= EPO_LIMIT).then(|| epo(bvh, &scene.triangles)).flatten();
+        self.bytes = Some(tree.bytes);
+        self.q8_duplicated = Some(coverage.duplicated);
+        self.q8_hidden = Some(coverage.hidden);
+    }
+
+    /// A report without figures, by no builder.
+    fn empty(scene: &Scene, options: &BuildOptions) -> Self {
         Self {
             scene: scene.name.clone(),
             triangles: scene.triangles.len(),
             dropped: scene.dropped.total(),
-            builder: builder.id,
+            builder: "file",
+            tree: None,
             arity: options.arity,
             refine: options.refine.iter().map(|step| step.id).collect(),
-            preset: builder.preset(options).map(Preset::id),
-            engine: builder.engine(options).map(Engine::id),
+            preset: None,
+            engine: None,
             costs: options.costs.id(),
-            threads: builder.threads(options),
+            threads: rayon::current_num_threads(),
             status: Status::Ok,
             build_ms: None,
             projected_ms: None,
@@ -111,10 +143,12 @@ impl BuildReport {
             leaf_histogram: None,
             sah: None,
             epo: None,
+            lcv: None,
             bytes: None,
             q8_duplicated: None,
             q8_hidden: None,
             counters: BTreeMap::new(),
+            refit: None,
             version: bvh_lab::lab::version(),
             commit: bvh_lab::lab::commit(),
         }
@@ -122,6 +156,9 @@ impl BuildReport {
 
     /// Builder, steps and, where it has any, its reading, engine and f32 costs.
     pub fn made_by(&self) -> String {
+        if let Some(file) = &self.tree {
+            return file.clone();
+        }
         let costs = (self.costs != "exact").then(|| format!("{} costs", self.costs));
         let reading = [self.preset.map(Into::into), self.engine.map(Into::into), costs];
         let reading: Vec<String> = reading.into_iter().flatten().collect();
@@ -135,6 +172,7 @@ impl BuildReport {
         match (&self.build_ms, self.projected_ms) {
             (Some(ms), _) => human_seconds(ms.median / 1e3),
             (None, Some(ms)) => format!("capped; ~{}", human_seconds(ms / 1e3)),
+            (None, None) if self.tree.is_some() => "–".into(),
             (None, None) => "capped".into(),
         }
     }
@@ -143,6 +181,12 @@ impl BuildReport {
 /// Runs the command.
 pub fn run(a: &BuildArguments) -> Outcome {
     set_threads(&a.run)?;
+    if let Some(path) = a.output.as_ref().filter(|p| !p.extension().is_some_and(|e| e.eq_ignore_ascii_case("bvh"))) {
+        return Err(off(format!("{}: trees are written as .bvh", path.display())));
+    }
+    if let Some(path) = &a.tree.file {
+        return tree_file::run(a, path);
+    }
     let options = a.tree.options().map_err(off)?;
     let scene = load(&a.scene)?;
     let in_this_process = a.cold && a.run.runs == Some(1);
@@ -152,9 +196,26 @@ pub fn run(a: &BuildArguments) -> Outcome {
         budget: a.budget,
         repeats: Repeats { cold: in_this_process, ..repeats(&a.run) },
     };
-    let (mut report, _) = while_waiting(&a.scene, || BuildReport::measure(&scene, &cell))?;
+    let (mut report, built) = while_waiting(&a.scene, || BuildReport::measure(&scene, &cell))?;
     if a.cold && !in_this_process && report.status == Status::Ok {
         report.build_ms = Some(cold_runs(usize::from(a.run.runs.unwrap_or(5)))?);
+    }
+    let limits = cell.builder.limits(&options);
+    finish(a, &scene, report, built.as_ref().map(|built| (&built.bvh, &limits)))
+}
+
+/// Measures what takes a tree, writes the tree, and says everything. Without a tree there is nothing to write.
+pub fn finish(a: &BuildArguments, scene: &Scene, mut report: BuildReport, tree: Option<(&Bvh, &Limits)>) -> Outcome {
+    if let Some((bvh, _)) = tree.filter(|_| a.lcv) {
+        report.lcv = leaf_counts(bvh, &leaf_count_rays(scene, bvh)).map(|counts| counts.lcv);
+    }
+    match (&a.output, tree) {
+        (Some(path), Some((bvh, limits))) => file::write(path, bvh, limits, &scene.triangles).map_err(wrong)?,
+        (Some(path), None) => {
+            let path = path.display();
+            return Err(wrong(format!("{path}: there is no tree to write, as the build was capped; raise --budget")));
+        }
+        (None, _) => {}
     }
     if a.run.json { json(&report) } else { say(&text(&report)) }
 }
@@ -208,9 +269,9 @@ fn cold_runs(runs: usize) -> Result<Spread, Failure> {
     let mut arguments = Vec::new();
     while let Some(word) = words.next() {
         match word.to_str() {
-            Some("--runs" | "--budget") => drop(words.next()),
-            Some("--json") => {}
-            Some(w) if w.starts_with("--runs=") || w.starts_with("--budget=") => {}
+            Some("--runs" | "--budget" | "--output" | "-o") => drop(words.next()),
+            Some("--json" | "--lcv") => {}
+            Some(w) if ["--runs=", "--budget=", "--output=", "-o"].iter().any(|own| w.starts_with(own)) => {}
             _ => arguments.push(word),
         }
     }
@@ -236,7 +297,7 @@ fn with_nulls<S: serde::Serializer>(spread: &Option<Spread>, serializer: S) -> R
     }
 }
 
-fn milliseconds(s: Spread) -> Spread {
+pub fn milliseconds(s: Spread) -> Spread {
     Spread { median: s.median * 1e3, min: s.min * 1e3, max: s.max * 1e3, runs: s.runs }
 }
 
@@ -245,11 +306,13 @@ fn text(r: &BuildReport) -> String {
     let mut lines = vec![
         format!("{}: {} triangles ({} dropped)", r.scene, r.triangles, r.dropped),
         format!("builder     {}, arity {}", r.made_by(), r.arity),
-        match &r.build_ms {
-            Some(ms) => format!("build       {}", spread_text(ms, "ms")),
-            None => format!("build       {}", r.time()),
-        },
     ];
+    match (&r.build_ms, &r.refit) {
+        (Some(ms), _) => lines.push(format!("build       {}", spread_text(ms, "ms"))),
+        (None, Some(refit)) => lines.extend(refit.text(r.sah)),
+        (None, None) if r.tree.is_some() => {}
+        (None, None) => lines.push(format!("build       {}", r.time())),
+    }
     if r.status == Status::Ok {
         let nodes = format!("nodes       {} inner, {} leaves", count(r.inner), count(r.leaves));
         lines.push(match r.empty {
@@ -258,9 +321,15 @@ fn text(r: &BuildReport) -> String {
         });
         let (depth, leaf) = (count(r.max_depth), count(r.max_leaf));
         lines.push(format!("shape       average degree {}, depth {depth}, fullest leaf {leaf}", maybe(r.avg_degree)));
-        lines.push(format!("cost        SAH {}, EPO {}", maybe(r.sah), maybe(r.epo)));
+        let lcv = r.lcv.map_or_else(String::new, |lcv| format!(", LCV {}", short(lcv)));
+        lines.push(format!("cost        SAH {}, EPO {}{lcv}", maybe(r.sah), maybe(r.epo)));
         lines.push(format!("memory      {} bytes", count(r.bytes)));
-        if r.q8_duplicated.unwrap_or(0) + r.q8_hidden.unwrap_or(0) > 0 {
+        let references: usize = r.leaf_histogram.iter().flatten().enumerate().map(|(size, leaves)| size * leaves).sum();
+        let repeats = references > r.triangles && r.q8_hidden == Some(0);
+        if find(r.builder).map_or(repeats, |builder| builder.spatial) {
+            let several = count(r.q8_duplicated);
+            lines.push(format!("references  {references}, {several} triangles in more than one leaf"));
+        } else if r.q8_duplicated.unwrap_or(0) + r.q8_hidden.unwrap_or(0) > 0 {
             let (twice, hidden) = (count(r.q8_duplicated), count(r.q8_hidden));
             lines.push(format!("rule Q8     {twice} triangles in more than one leaf, {hidden} hidden from rays"));
         }

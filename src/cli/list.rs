@@ -54,6 +54,11 @@ fn scenes() -> Vec<Entry> {
     let levels = thesis::LEVELS.iter().map(|l| entry(format!("thesis:{}", l.name), "Beick 2014", l.summary));
     let families = FAMILIES.iter().map(|f| entry(format!("gen:{}:N[:SEED]", f.name), "generated", f.summary));
     let files = [
+        entry(
+            "SCENE+twist=DEGREES",
+            "any scene",
+            "turned about the vertical, more so the higher: the same triangles, moved",
+        ),
         entry("FILE.obj", "file", "Wavefront OBJ with its MTL"),
         entry("FILE.tri", "file", "raw triangles: little-endian f32, nine a triangle"),
     ];

@@ -11,6 +11,7 @@ mod reproduce;
 mod scaling;
 mod scene;
 mod trace;
+mod tree_file;
 
 use arguments::{Arguments, Command};
 use bvh_lab::scene::SceneError;

@@ -3,11 +3,12 @@
 use super::arguments::{RayWord, TraceArguments, TreeArguments};
 use super::build::{load, repeats, set_threads};
 use super::output::{json, say, short, spread_text};
+use super::tree_file;
 use super::{Failure, Outcome, off, wrong};
 use bvh_lab::build::{Brake, Engine, Input, Preset};
 use bvh_lab::bvh::{Bvh, tree_hash};
 use bvh_lab::geom::Ray;
-use bvh_lab::lab::{Repeats, repeat};
+use bvh_lab::lab::{RAY_SEED, Repeats, repeat};
 use bvh_lab::rows::Spread;
 use bvh_lab::scene::Scene;
 use bvh_lab::trace::{
@@ -15,16 +16,15 @@ use bvh_lab::trace::{
 };
 use serde::Serialize;
 
-/// Seed of the rays that are drawn by chance: the same ones every time.
-const SEED: u64 = 1;
-
 /// The JSON object of `trace`.
 #[derive(Debug, Serialize)]
 struct TraceReport {
     scene: String,
     triangles: usize,
     dropped: usize,
+    /// `file` where the tree came from one.
     builder: &'static str,
+    tree: Option<String>,
     arity: usize,
     refine: String,
     preset: Option<&'static str>,
@@ -87,8 +87,11 @@ pub fn measure(batch: &Batch, repeats: &Repeats) -> Result<Measured, Failure> {
     })
 }
 
-/// Builds the tree that a command asks for, without measuring.
+/// Builds or reads the tree that a command asks for, without measuring.
 pub fn tree(scene: &Scene, a: &TreeArguments) -> Result<Bvh, Failure> {
+    if let Some(path) = &a.file {
+        return Ok(tree_file::read(path, scene)?.bvh);
+    }
     let options = a.options().map_err(off)?;
     (a.builder.builder.timed)(Input::of_triangles(&scene.triangles, &scene.boxes()), &options, &mut Brake::default())
         .map_err(wrong)
@@ -101,8 +104,8 @@ fn rays(a: &TraceArguments, scene: &Scene, bvh: &Bvh) -> Result<Vec<Ray>, Failur
     let primary = primary_rays(&scene.camera, a.size.0, a.size.1);
     Ok(match a.rays {
         RayWord::Primary => primary,
-        RayWord::Diffuse => diffuse_rays(bvh, &scene.triangles, &primary, SEED),
-        RayWord::Any => shadow_rays(bvh, &scene.triangles, &primary, SEED),
+        RayWord::Diffuse => diffuse_rays(bvh, &scene.triangles, &primary, RAY_SEED),
+        RayWord::Any => shadow_rays(bvh, &scene.triangles, &primary, RAY_SEED),
     })
 }
 
@@ -136,11 +139,12 @@ pub fn run(a: &TraceArguments) -> Outcome {
         scene: scene.name.clone(),
         triangles: scene.triangles.len(),
         dropped: scene.dropped.total(),
-        builder: builder.id,
+        builder: if a.tree.file.is_some() { "file" } else { builder.id },
+        tree: a.tree.file.as_ref().map(|path| path.display().to_string()),
         refine: options.refine.to_string(),
-        arity: options.arity,
-        preset: builder.preset(&options).map(Preset::id),
-        engine: builder.engine(&options).map(Engine::id),
+        arity: bvh.arity,
+        preset: builder.preset(&options).filter(|_| a.tree.file.is_none()).map(Preset::id),
+        engine: builder.engine(&options).filter(|_| a.tree.file.is_none()).map(Engine::id),
         tree_hash: tree_hash(&bvh).to_string(),
         threads: rayon::current_num_threads(),
         kernel: a.kernel.0.clone(),
@@ -164,7 +168,7 @@ fn text(r: &TraceReport) -> String {
     let reading = r.preset.zip(r.engine).map_or_else(String::new, |(preset, engine)| format!(" ({preset}, {engine})"));
     [
         format!("{}: {} triangles ({} dropped)", r.scene, r.triangles, r.dropped),
-        format!("tree        {}{}{reading}, arity {}", r.builder, r.refine, r.arity),
+        format!("tree        {}{}{reading}, arity {}", r.tree.as_deref().unwrap_or(r.builder), r.refine, r.arity),
         format!("kernel      {}, {} {} rays, {} threads", r.kernel, r.rays, r.ray_kind, r.threads),
         format!("speed       {}", spread_text(&r.mrays_per_s, "MRays/s")),
         format!("hits        {} ({})", r.hits, r.hit_hash),

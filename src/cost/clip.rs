@@ -1,11 +1,7 @@
 //! The area of the part of a triangle that lies in a box.
 
-use crate::geom::{Aabb, Triangle};
-use arrayvec::ArrayVec;
+use crate::geom::{Aabb, Polygon, Triangle, cut, polygon_area};
 use glam::DVec3;
-
-/// A triangle cut by six planes has at most nine corners.
-type Polygon = ArrayVec<DVec3, 9>;
 
 /// A triangle prepared for being clipped to many boxes.
 pub(super) struct Clipped {
@@ -21,10 +17,9 @@ impl Clipped {
         Self { corners: triangle.v.map(|p| p.as_dvec3()), aabb: triangle.aabb(), area: triangle.area() }
     }
 
-    /// Area of the part within `to`, whose faces belong to it; Sutherland and Hodgman 1974, in f64.
+    /// Area of the part within `to`, whose faces belong to it.
     ///
-    /// Corners on a plane are kept and new corners get the plane's own coordinate, so a triangle that lies in a face, or
-    /// in a box without thickness, is cut as one in the inside.
+    /// A triangle that lies in a face, or in a box without thickness, is cut as one in the inside: see [`cut`].
     pub(super) fn area_within(&self, to: &Aabb) -> f64 {
         let (low, high) = (self.aabb.min, self.aabb.max);
         if to.contains(&self.aabb) {
@@ -40,52 +35,13 @@ impl Clipped {
                 polygon = cut(&polygon, axis, f64::from(to.max[axis]), -1.0);
             }
         }
-        area(&polygon)
+        polygon_area(&polygon)
     }
 }
 
 /// Whether the boxes have a point in common.
 pub(super) fn overlap(a: &Aabb, b: &Aabb) -> bool {
     a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
-}
-
-/// The part of the polygon with `side · (coordinate − at) ≥ 0`.
-fn cut(polygon: &Polygon, axis: usize, at: f64, side: f64) -> Polygon {
-    let mut kept = Polygon::new();
-    let Some(&last) = polygon.last() else {
-        return kept;
-    };
-    let mut from = last;
-    let mut from_distance = side * (from[axis] - at);
-    for &to in polygon {
-        let to_distance = side * (to[axis] - at);
-        if (from_distance < 0.0) != (to_distance < 0.0) {
-            let mut crossing = from + (to - from) * (from_distance / (from_distance - to_distance));
-            crossing[axis] = at;
-            push(&mut kept, crossing);
-        }
-        if to_distance >= 0.0 {
-            push(&mut kept, to);
-        }
-        (from, from_distance) = (to, to_distance);
-    }
-    kept
-}
-
-/// Adds a corner. Rounding may make a polygon that is not quite convex and so has corners to spare; those that would
-/// not fit lie on an edge as far as f64 can tell, and carry no area.
-fn push(polygon: &mut Polygon, corner: DVec3) {
-    if polygon.last() != Some(&corner) && !polygon.is_full() {
-        polygon.push(corner);
-    }
-}
-
-fn area(polygon: &Polygon) -> f64 {
-    let Some((&first, rest)) = polygon.split_first() else {
-        return 0.0;
-    };
-    let twice = rest.windows(2).map(|edge| (edge[0] - first).cross(edge[1] - first)).sum::<DVec3>();
-    0.5 * twice.length()
 }
 
 #[cfg(test)]

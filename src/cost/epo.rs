@@ -17,17 +17,17 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 const CHUNK: usize = 1024;
 
 /// The most nodes that all walks together may meet: a few seconds.
-const MOST_VISITS: u64 = 1 << 29;
+const MOST_VISITS: u64 = 1 << 25;
 
 /// Σ over nodes n of C(n) · area((all geometry outside n's subtree) ∩ n's box) / area(all geometry), with C(n) the
 /// [`SahParams::node_cost`] at default constants. 0 for a tree that is one leaf.
 ///
-/// A triangle that several leaves hold (rule Q8) is inside the subtree of every ancestor of each of them; one that no leaf
+/// A triangle that several leaves hold (rule Q8, spatial splits) is inside the subtree of every ancestor of each of them; one that no leaf
 /// holds is outside of all. Nothing is assumed about boxes: children may stick out of their parents, as with rule Q8.
 ///
 /// `None` when the triangles have no area, or one that is not a finite number. Time is the number of pairs of a triangle
 /// and a node whose boxes overlap: near n log n in common scenes, n² where everything overlaps everything. `None` too
-/// where there are more than 2²⁹ such pairs: 100,000 coincident or nested triangles would take minutes.
+/// where there are more than 2²⁵ such pairs: 100,000 coincident or nested triangles would take minutes.
 pub fn epo(bvh: &Bvh, triangles: &[Triangle]) -> Option<f64> {
     epo_within(MOST_VISITS, bvh, triangles)
 }

@@ -3,7 +3,7 @@
 use super::measure::{Repeats, repeat};
 use super::projection::Model;
 use crate::build::{Brake, BuildError, BuildOptions, Builder, Counters, Engine, Input, Unfinished, Work};
-use crate::bvh::{Bvh, Coverage, TreeHash, tree_hash, validate};
+use crate::bvh::{Bvh, Coverage, TreeHash, tree_hash, validate_parts};
 use crate::geom::{Aabb, Triangle};
 use crate::rows::{Construction, Spread};
 use std::time::{Duration, Instant};
@@ -76,7 +76,7 @@ pub(super) fn measure_uncounted(triangles: &[Triangle], cell: &BuildCell) -> Mea
         Err(e) => return Measured::Failed(e.to_string()),
     };
     let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
-    let coverage = match validate(&bvh, &boxes, &cell.builder.limits(&cell.options)) {
+    let coverage = match validate_parts(&bvh, triangles, &boxes, &cell.builder.limits(&cell.options)) {
         Ok(coverage) => coverage,
         Err(violations) => return Measured::Failed(violations.to_string()),
     };

@@ -5,6 +5,7 @@ mod build_cell;
 mod closed_form;
 mod decisions;
 mod job;
+mod leaf_counts;
 mod lock;
 mod machine;
 mod measure;
@@ -21,6 +22,7 @@ mod work;
 
 pub use build_cell::{BuildCell, Built, Measured, measure_build};
 pub use closed_form::{LiteralWork, literal_work};
+pub use leaf_counts::{RAY_SEED, leaf_count_rays};
 pub use machine::{commit, machine, version};
 pub use measure::{Repeats, repeat, spread};
 pub use memory::keep_freed_memory;

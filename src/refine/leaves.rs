@@ -6,7 +6,8 @@
 //! above what the best form of its subtree costs. Every subtree is decided on its own, so the outcome is the cheapest tree
 //! that can be had by turning subtrees into leaves.
 
-use crate::bvh::{Bvh, Node};
+use super::layout::depth_first;
+use crate::bvh::Bvh;
 
 /// Turns subtrees of at most `max_leaf` triangles into leaves where that does not raise the cost. Leaves that hold more
 /// already stay as they are.
@@ -16,7 +17,11 @@ use crate::bvh::{Bvh, Node};
 /// next to each other. Time is O(nodes).
 pub fn open_leaves(bvh: &Bvh, max_leaf: usize) -> Bvh {
     let closed = decide(bvh, max_leaf);
-    rebuild(bvh, &closed)
+    depth_first(bvh, bvh.arity, |index, children| {
+        if !closed[index] {
+            children.extend(bvh.children(index));
+        }
+    })
 }
 
 /// For every node, whether it is a leaf of the outcome (if it is reached).
@@ -42,43 +47,10 @@ fn decide(bvh: &Bvh, max_leaf: usize) -> Vec<bool> {
     closed
 }
 
-fn rebuild(bvh: &Bvh, closed: &[bool]) -> Bvh {
-    let mut nodes = Vec::with_capacity(bvh.nodes.len());
-    let mut triangle_ids: Vec<u32> = Vec::with_capacity(bvh.triangle_ids.len());
-    let mut pending = Vec::new();
-    let mut below = Vec::new();
-    if let Some(root) = bvh.nodes.first() {
-        nodes.push(*root);
-        pending.push((0, 0));
-    }
-    while let Some((place, index)) = pending.pop() {
-        let node = &bvh.nodes[index];
-        let first = if closed[index] { triangle_ids.len() } else { nodes.len() };
-        if closed[index] {
-            below.push(index);
-            while let Some(index) = below.pop() {
-                below.extend(bvh.children(index).rev());
-                for &id in bvh.leaf_triangles(index) {
-                    if !triangle_ids[first..].contains(&id) {
-                        triangle_ids.push(id);
-                    }
-                }
-            }
-            nodes[place] = Node::leaf(node.aabb, first, triangle_ids.len() - first);
-        } else {
-            let children = node.range();
-            nodes[place] = Node::inner(node.aabb, first, children.len());
-            nodes.extend_from_slice(&bvh.nodes[children.clone()]);
-            let places = first..first + children.len();
-            pending.extend(places.zip(children).rev());
-        }
-    }
-    Bvh { nodes, triangle_ids, arity: bvh.arity }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::Node;
     use crate::bvh::testing::{boxes, random_tree, soup};
     use crate::bvh::{Limits, tree_hash, validate};
     use crate::cost::{SahParams, sah};

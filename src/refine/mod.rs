@@ -1,10 +1,22 @@
 //! Refinement: from a tree to a tree. Each step is one file and one entry of [`STEPS`].
 
 mod collapse;
+mod dynamic;
+mod layout;
 mod leaves;
+mod refit;
+mod reinsertion;
+mod rotations;
+mod treelets;
+mod watch;
 
-pub use collapse::collapse;
+pub use collapse::{Collapse, collapse, collapse_greedily, collapse_optimally};
 pub use leaves::open_leaves;
+pub use refit::refit;
+pub use reinsertion::{Reinsertion, reinsert};
+pub use rotations::rotate;
+pub use treelets::restructure;
+pub use watch::Watch;
 
 use crate::bvh::Bvh;
 use std::str::FromStr;
@@ -14,6 +26,21 @@ use std::str::FromStr;
 pub enum Step {
     /// [`open_leaves`].
     Leaves,
+    /// [`reinsert`] by the default parameters.
+    Reinsertion,
+    /// [`reinsert`] by [`Reinsertion::PAIRS`].
+    ReinsertionPairs,
+    /// [`rotate`].
+    Rotations,
+    /// [`restructure`].
+    Treelets,
+}
+
+impl Step {
+    /// Whether it can be taken on a tree in which spatial splits put parts of a triangle into several leaves.
+    pub const fn takes_parts(self) -> bool {
+        matches!(self, Self::Leaves)
+    }
 }
 
 /// What a step is called, where it comes from, and the code.
@@ -28,17 +55,47 @@ pub struct StepInfo {
     /// What it does, in one line.
     pub summary: &'static str,
     /// From a valid binary tree, and the most triangles that a leaf may hold, to a valid binary tree.
-    pub apply: fn(&Bvh, usize) -> Bvh,
+    pub apply: fn(&Bvh, usize, &mut Watch) -> Bvh,
 }
 
 /// All steps.
-pub const STEPS: &[StepInfo] = &[StepInfo {
-    id: "leaves",
-    step: Step::Leaves,
-    paper: "MacDonald and Booth 1990",
-    summary: "subtrees become leaves where that lowers the cost; last of every other step, too",
-    apply: open_leaves,
-}];
+pub const STEPS: &[StepInfo] = &[
+    StepInfo {
+        id: "leaves",
+        step: Step::Leaves,
+        paper: "MacDonald and Booth 1990",
+        summary: "SAH-optimal leaf collapse: subtrees become leaves where that lowers the cost; last of every other step, too",
+        apply: |bvh, max_leaf, _| open_leaves(bvh, max_leaf),
+    },
+    StepInfo {
+        id: "reinsertion",
+        step: Step::Reinsertion,
+        paper: "Meister and Bittner 2018",
+        summary: "subtrees move to where they enlarge the tree least, the largest first",
+        apply: |bvh, max_leaf, watch| reinsert(bvh, max_leaf, &Reinsertion::default(), watch),
+    },
+    StepInfo {
+        id: "reinsertion-pairs",
+        step: Step::ReinsertionPairs,
+        paper: "Bittner, Hapala and Havran 2013; Meister and Bittner 2018",
+        summary: "reinsertion for as long as it gains, then of two subtrees at once where one alone gains nothing",
+        apply: |bvh, max_leaf, watch| reinsert(bvh, max_leaf, &Reinsertion::PAIRS, watch),
+    },
+    StepInfo {
+        id: "rotations",
+        step: Step::Rotations,
+        paper: "Kensler 2008",
+        summary: "children and grandchildren swap places where that makes boxes smaller",
+        apply: rotate,
+    },
+    StepInfo {
+        id: "treelets",
+        step: Step::Treelets,
+        paper: "Karras and Aila 2013",
+        summary: "parts of seven subtrees get the best of all shapes",
+        apply: restructure,
+    },
+];
 
 /// Steps in the order in which they are taken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,9 +117,10 @@ impl Refinements {
         })
     }
 
-    /// Takes the steps, then [`open_leaves`] if it was not the last of them.
-    pub fn apply(&self, bvh: Bvh, max_leaf: usize) -> Bvh {
-        let refined = self.iter().fold(bvh, |bvh, info| (info.apply)(&bvh, max_leaf));
+    /// Takes the steps, then [`open_leaves`] if it was not the last of them. A tree that is less refined where the watch was
+    /// told to stop.
+    pub fn apply(&self, bvh: Bvh, max_leaf: usize, watch: &mut Watch) -> Bvh {
+        let refined = self.iter().fold(bvh, |bvh, info| (info.apply)(&bvh, max_leaf, watch));
         match self.iter().last() {
             Some(info) if info.step != Step::Leaves => open_leaves(&refined, max_leaf),
             _ => refined,
@@ -91,32 +149,6 @@ impl FromStr for Refinements {
             *place = Some(info.step);
         }
         Ok(Self(steps))
-    }
-}
-
-/// How a binary tree becomes one of higher arity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Collapse {
-    /// [`collapse`], the thesis': wherever there is room.
-    Thesis,
-}
-
-impl Collapse {
-    /// All ways.
-    pub const ALL: [Self; 1] = [Self::Thesis];
-
-    /// Its name on the command line and in rows.
-    pub const fn id(self) -> &'static str {
-        match self {
-            Self::Thesis => "thesis",
-        }
-    }
-
-    /// From a binary tree to one of arity at most `arity`.
-    pub fn apply(self, bvh: &Bvh, arity: usize) -> Bvh {
-        match self {
-            Self::Thesis => collapse(bvh, arity),
-        }
     }
 }
 

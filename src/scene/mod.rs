@@ -10,12 +10,14 @@ pub mod file;
 mod normals;
 mod spec;
 pub mod thesis;
+mod twist;
 
 pub use camera::{CameraError, CameraSpec, View};
 pub use effects::{Effect, EffectUse, effects};
 pub use error::SceneError;
 pub use export::export_obj;
 pub use normals::smooth_normals;
+pub use twist::twist;
 
 use crate::geom::{Aabb, Triangle};
 use glam::Vec3;

@@ -1,19 +1,25 @@
 //! The words that name a scene: the one place where they are understood.
 
-use super::{Scene, SceneError, families, file, thesis};
+use super::{Scene, SceneError, families, file, thesis, twist};
 use std::path::Path;
 
 /// Prefix of the thesis' scenes.
 const THESIS: &str = "thesis:";
 /// Prefix of generated scenes.
 const GEN: &str = "gen:";
+/// What stands between a scene and the angle that it is twisted by.
+const TWIST: &str = "+twist=";
 
 impl Scene {
-    /// Generates or reads the scene called `spec`: `thesis:LEVEL`, `gen:NAME:TRIANGLES[:SEED]`, or the path of a file.
+    /// Generates or reads the scene called `spec`: `thesis:LEVEL`, `gen:NAME:TRIANGLES[:SEED]`, or the path of a file; with
+    /// `+twist=DEGREES` behind it, the same scene with its vertices moved by [`twist`].
     ///
     /// # Errors
     /// [`SceneError`], always one line.
     pub fn load(spec: &str) -> Result<Self, SceneError> {
+        if let Some((still, degrees)) = spec.split_once(TWIST).filter(|_| !Path::new(spec).exists()) {
+            return load_twisted(spec, still, degrees);
+        }
         let mut scene = if let Some(name) = spec.strip_prefix(THESIS) {
             load_level(spec, name)?
         } else if let Some(words) = spec.strip_prefix(GEN) {
@@ -24,6 +30,17 @@ impl Scene {
         scene.name = spec.to_owned();
         Ok(scene)
     }
+}
+
+fn load_twisted(spec: &str, still: &str, degrees: &str) -> Result<Scene, SceneError> {
+    let angle = degrees.parse().ok().filter(|angle: &f64| angle.is_finite());
+    let angle = angle.ok_or_else(|| unknown(spec, format!("a number of degrees is wanted behind {TWIST}")))?;
+    let mut scene = Scene::load(still)?;
+    if !twist(&mut scene, angle) {
+        return Err(unknown(spec, "it is too large to be twisted: vertices would become infinite".into()));
+    }
+    scene.name = spec.to_owned();
+    Ok(scene)
 }
 
 fn load_level(spec: &str, name: &str) -> Result<Scene, SceneError> {
@@ -131,6 +148,17 @@ mod tests {
     }
 
     #[test]
+    fn any_scene_can_be_twisted() {
+        let (still, twisted) = (Scene::load("gen:soup:30").unwrap(), Scene::load("gen:soup:30+twist=-40.5").unwrap());
+        assert_eq!((twisted.name.as_str(), twisted.triangles.len()), ("gen:soup:30+twist=-40.5", 30));
+        assert_ne!(still.triangles, twisted.triangles);
+        assert_eq!(
+            Scene::load("thesis:tiny+twist=0").unwrap().triangles,
+            Scene::load("thesis:tiny").unwrap().triangles
+        );
+    }
+
+    #[test]
     fn unknown_words_are_told_in_one_line_with_the_nearest_names() {
         for (spec, expected) in [
             ("thesis:smal", "did you mean 'thesis:small'?"),
@@ -143,6 +171,10 @@ mod tests {
             ("gen:soup:1000000000", "from 1 to"),
             ("gen:soup:3:x", "seed must be"),
             ("gen:soup:3:1:4", "too many parts"),
+            ("gen:soup:3+twist=", "number of degrees"),
+            ("gen:soup:3+twist=inf", "number of degrees"),
+            ("gen:soup:3+twist=1+twist=1", "number of degrees"),
+            ("gen:sop:3+twist=1", "did you mean 'gen:soup'?"),
             ("soup", "did you mean 'gen:soup'?"),
             ("tiny", "did you mean 'thesis:tiny'?"),
             ("nothing\nlike it", "nothing\\nlike it"),

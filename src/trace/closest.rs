@@ -6,6 +6,10 @@
 //! where the ray meets the triangle's *own* box, and is moved into that box's interval should rounding have put it
 //! outside. Boxes above contain this box and the box test is monotone (see `slab.rs`), so none of them can be missed or
 //! lie behind a hit that is not better. A true hit loses nothing by it, as the box test is conservative.
+//!
+//! Where spatial splits have put parts of a triangle into several leaves, the leaf's box has only its part. There the
+//! margin that parts are drawn with (`build::sbvh::reference`) is what holds the watertight test's hits. The f32 test of
+//! `scalar-fast` has errors beyond it at grazing angles: it may miss hits there that brute force by that test has.
 
 use super::probe::TraceProbe;
 use super::scratch::{OpenNode, Scratch};

@@ -17,7 +17,7 @@ mod secondary;
 mod slab;
 
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 

@@ -239,3 +239,20 @@ fn costs_in_f32_build_another_tree_and_say_so() {
     assert_eq!(exact["counters"]["combinations"].as_u64().unwrap() / 10_000, 144);
     assert!(lab.fine("build thesis:tiny --engine literal --runs 1 --costs f32").contains("f32 costs"));
 }
+
+#[test]
+fn spatial_splits_add_references_within_their_budget() {
+    let lab = Lab::new();
+    let slots = |words: &str| -> (u64, Value) {
+        let report = lab.json(&format!("build gen:hairball:2000 -b sbvh --runs 2 {words}"));
+        check(&report);
+        let histogram = report["leaf_histogram"].as_array().unwrap().clone();
+        ((0..).zip(&histogram).map(|(size, n)| size * n.as_u64().unwrap()).sum(), report)
+    };
+    let (none, without) = slots("--split-budget 0");
+    let (some, with) = slots("--split-budget 50");
+    assert!(none == 2000 && some > 2000 && some <= 3000, "{some}");
+    assert!(number(&with, "sah") < number(&without, "sah"));
+    let text = lab.fine("build gen:hairball:2000 -b sbvh --runs 2 --split-budget 50");
+    assert!(text.contains(&format!("references  {some},")) && !text.contains("rule Q8"), "{text}");
+}

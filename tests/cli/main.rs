@@ -8,6 +8,7 @@ mod scaling;
 mod scene;
 mod support;
 mod trace;
+mod tree_file;
 
 use std::process::{Command, Stdio};
 use support::{Lab, taken_apart};

@@ -5,6 +5,7 @@
 //! `published` (a chain of nearest neighbours with a stale distance), `text` (the globally closest pair by box centres)
 //! and `walter` (the globally closest pair by the area of the union, as the cited paper has it).
 
+pub mod agglo_kd;
 pub mod all_pairs_literal;
 pub mod centres_exact;
 pub mod chain_exact;

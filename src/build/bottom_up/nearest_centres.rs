@@ -23,8 +23,8 @@ mod tests;
 
 use glam::DVec3;
 use kiddo::ImmutableKdTree;
-pub(super) use search::distance_squared;
-use search::{Search, gap, turned};
+use search::{Search, gap};
+pub(super) use search::{distance_squared, turned};
 use std::collections::BTreeSet;
 
 /// The id or point of nothing.

@@ -19,6 +19,8 @@
 
 mod join;
 mod leaves;
+#[cfg(test)]
+mod tests;
 
 use super::morton::Order;
 use super::{BuildError, MAX_LEAF, Probe, Unfinished, Work};

@@ -11,6 +11,8 @@ mod codes;
 mod levels;
 mod order;
 mod radix;
+#[cfg(test)]
+mod tests;
 
 pub(super) use levels::at_each_level;
 pub(super) use order::Order;

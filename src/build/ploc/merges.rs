@@ -120,10 +120,6 @@ impl Merges {
         (self.triangles + self.merges.len() - 1) as u32
     }
 
-    pub fn triangles(&self) -> usize {
-        self.triangles
-    }
-
     /// The merge called `name`, and what is below; `None` for a triangle.
     #[inline(always)]
     pub fn get(&self, name: u32) -> Option<(&Merge, &Below)> {

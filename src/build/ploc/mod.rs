@@ -31,6 +31,8 @@ mod merges;
 mod round;
 mod search;
 mod sparse;
+#[cfg(test)]
+mod tests;
 
 use super::morton::Order;
 use super::{BuildError, MAX_LEAF, Probe, Unfinished, Work};

@@ -22,7 +22,9 @@ pub(super) struct Search {
 }
 
 /// Numbers that distances are computed in.
-trait Real: Copy + PartialOrd + std::ops::Add<Output = Self> + std::ops::Sub<Output = Self> + std::ops::Mul<Output = Self> {
+trait Real:
+    Copy + PartialOrd + std::ops::Add<Output = Self> + std::ops::Sub<Output = Self> + std::ops::Mul<Output = Self>
+{
     const INFINITE: Self;
     fn from_f32(x: f32) -> Self;
 }
@@ -170,7 +172,8 @@ fn nearest_body<T: Real>(clusters: &[Cluster], first: usize, radius: usize, scal
 /// the least xor of places.
 #[inline(always)]
 fn choose<T: Real>(rows: &[T], length: usize, window: &Window, at: usize) -> [i32; LANES] {
-    let places = |at: usize| -> &[u32; LANES] { window.places[at..at + LANES].try_into().expect("as many as asked for") };
+    let places =
+        |at: usize| -> &[u32; LANES] { window.places[at..at + LANES].try_into().expect("as many as asked for") };
     let own = places(at);
     let mut least = [T::INFINITE; LANES];
     let mut apart = [0u32; LANES];

@@ -1,14 +1,18 @@
 //! One entry a builder, in the order of `list builders`.
 
-use super::pipeline::{refined, widened};
+use super::pipeline::refined;
 use super::{Builder, Engine, Parameter, Preset};
 use crate::build::binned_sah::{self, BinnedSah};
+use crate::build::bottom_up::agglo_kd::{self, AggloKd};
 use crate::build::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
+use crate::build::kway_sah::{self, Cuts, KwaySah, Nodes};
 use crate::build::lbvh::{self, Lbvh};
+use crate::build::ploc::{self, Ploc};
+use crate::build::sbvh::{self, Sbvh};
 use crate::build::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
-use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, Probe, sweep_sah};
+use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, MAX_LEAF, Probe, sweep_sah};
 use crate::bvh::Bvh;
-use crate::refine::{Collapse, open_leaves};
+use crate::refine::{collapse, open_leaves};
 
 /// What every builder of binary trees understands.
 const BINARY: &[Parameter] = &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse];
@@ -55,6 +59,19 @@ pub const BUILDERS: &[Builder] = &[
         counted: agglo_local::<Counters>,
     },
     Builder {
+        id: "agglo-kd",
+        paper: "Walter et al. 2008; Gu et al. 2013",
+        summary: "clustering among the nearest centres only, found by kiddo's k-d tree (--radius: how many)",
+        presets: &[],
+        engines: &[],
+        parameters: &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse, Parameter::Radius],
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: agglo_kd::<Brake>,
+        counted: agglo_kd::<Counters>,
+    },
+    Builder {
         id: "sweep-sah",
         paper: "MacDonald and Booth 1990",
         summary: "every split of the sorted centres of each axis by its cost: what others are measured by",
@@ -81,6 +98,51 @@ pub const BUILDERS: &[Builder] = &[
         counted: binned_sah::<Counters>,
     },
     Builder {
+        id: "sbvh",
+        paper: "Stich, Friedrich and Dietrich 2009",
+        summary: "object splits as sweep-sah, and spatial splits that cut triangles in two within a budget",
+        presets: &[],
+        engines: &[],
+        parameters: &[
+            Parameter::MaxLeaf,
+            Parameter::Refine,
+            Parameter::Collapse,
+            Parameter::Bins,
+            Parameter::SplitBudget,
+        ],
+        parallel: |_| true,
+        spatial: true,
+        arities: MODERN_ARITIES,
+        timed: sbvh::<Brake>,
+        counted: sbvh::<Counters>,
+    },
+    Builder {
+        id: "kway-sah",
+        paper: "after Beick 2014; Gilmore and Gomory 1965 for the cuts",
+        summary: "the best division of a grid into k parts by cuts from side to side; binary: by the best tree over the grid",
+        presets: &[],
+        engines: &[],
+        parameters: &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse, Parameter::Bins],
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: kway_sah::<Brake>,
+        counted: kway_sah::<Counters>,
+    },
+    Builder {
+        id: "kway-slab",
+        paper: "after Beick 2014",
+        summary: "the best k slabs between equal bins of one axis: what kway-sah is measured by",
+        presets: &[],
+        engines: &[],
+        parameters: &[Parameter::MaxLeaf, Parameter::Bins],
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: kway_slab::<Brake>,
+        counted: kway_slab::<Counters>,
+    },
+    Builder {
         id: "lbvh",
         paper: "Lauterbach et al. 2009; Karras 2012; Apetrei 2014",
         summary: "triangles along the Morton curve, split where the highest bit changes",
@@ -92,6 +154,19 @@ pub const BUILDERS: &[Builder] = &[
         arities: MODERN_ARITIES,
         timed: lbvh::<Brake>,
         counted: lbvh::<Counters>,
+    },
+    Builder {
+        id: "ploc",
+        paper: "Meister and Bittner 2018",
+        summary: "clusters in Morton order merge with the nearest within a radius, all at once, round by round",
+        presets: &[],
+        engines: &[],
+        parameters: &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse, Parameter::Radius],
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: ploc::<Brake>,
+        counted: ploc::<Counters>,
     },
 ];
 
@@ -123,27 +198,71 @@ fn bottom_up<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> R
         (Preset::Text, Engine::Literal) => all_pairs_literal::build(boxes, Distance::Centres, probe),
         (Preset::Walter, Engine::Literal) => all_pairs_literal::build(boxes, Distance::UnionArea, probe),
     }?;
-    Ok(widened(binary, options.arity, Collapse::Thesis))
+    Ok(if options.arity == 2 { binary } else { collapse(&binary, options.arity) })
 }
 
 fn agglo_local<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| {
+    refined(options, probe, |max_leaf, probe| {
         let triangles = union_area::build_with_leaves(input.boxes, 1, probe)?;
         Ok(open_leaves(&triangles, max_leaf))
     })
 }
 
+fn agglo_kd<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    refined(options, probe, |max_leaf, probe| {
+        let neighbours = options.radius.unwrap_or(AggloKd::default().neighbours);
+        let triangles = agglo_kd::build(input.boxes, &AggloKd { neighbours }, probe)?;
+        Ok(open_leaves(&triangles, max_leaf))
+    })
+}
+
 fn sweep_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| sweep_sah::build(input.boxes, &sweep_sah::SweepSah { max_leaf }, probe))
+    refined(options, probe, |max_leaf, probe| sweep_sah::build(input.boxes, &sweep_sah::SweepSah { max_leaf }, probe))
 }
 
 fn binned_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| {
+    refined(options, probe, |max_leaf, probe| {
         let bins = options.bins.unwrap_or(BinnedSah::default().bins);
         binned_sah::build(input.boxes, &BinnedSah { max_leaf, bins }, probe)
     })
 }
 
+fn sbvh<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    refined(options, probe, |max_leaf, probe| {
+        let default = Sbvh::default();
+        let bins = options.bins.unwrap_or(default.bins);
+        let budget = options.split_budget.unwrap_or(default.budget);
+        sbvh::build(input, &Sbvh { max_leaf, bins, budget, ..default }, probe)
+    })
+}
+
+/// Refined or collapsed is its binary tree; without either, wide nodes are built as they are.
+fn kway_sah<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    let params = |arity, max_leaf| {
+        let params = KwaySah::at_arity(arity);
+        KwaySah { max_leaf, bins: options.bins.unwrap_or(params.bins), ..params }
+    };
+    if options.arity > 2 && options.refine.is_empty() && options.collapse.is_none() {
+        let max_leaf = options.max_leaf.unwrap_or(MAX_LEAF);
+        return kway_sah::build(input.boxes, &params(options.arity, max_leaf), probe);
+    }
+    refined(options, probe, |max_leaf, probe| kway_sah::build(input.boxes, &params(2, max_leaf), probe))
+}
+
+fn kway_slab<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    let (params, max_leaf) = (KwaySah::default(), options.max_leaf.unwrap_or(MAX_LEAF));
+    let runs = options.bins.unwrap_or(params.runs);
+    let slabs = KwaySah { parts: options.arity, nodes: Nodes::Parts, cuts: Cuts::Slabs, max_leaf, runs, ..params };
+    kway_sah::build(input.boxes, &slabs, probe)
+}
+
 fn lbvh<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
-    refined(options, |max_leaf| lbvh::build(input.boxes, &Lbvh { max_leaf }, probe))
+    refined(options, probe, |max_leaf, probe| lbvh::build(input.boxes, &Lbvh { max_leaf }, probe))
+}
+
+fn ploc<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    refined(options, probe, |max_leaf, probe| {
+        let radius = options.radius.unwrap_or(Ploc::default().radius);
+        ploc::build(input.boxes, &Ploc { radius, max_leaf }, probe)
+    })
 }

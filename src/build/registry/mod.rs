@@ -76,6 +76,10 @@ impl Builder {
             let message = "only top-down, preset published, engine literal adds its costs in f32";
             return Err(BuildError::Parameter(message.into()));
         }
+        if let Some(step) = options.refine.iter().find(|info| self.spatial && !info.step.takes_parts()) {
+            let message = format!("{} puts triangles into several leaves, which +{} cannot take", self.id, step.id);
+            return Err(BuildError::Parameter(message));
+        }
         if options.max_leaf.is_some_and(|n| !(1..=MOST_IN_LEAF).contains(&n)) {
             let message = format!("a leaf holds 1 to {MOST_IN_LEAF} triangles");
             return Err(BuildError::Parameter(message));

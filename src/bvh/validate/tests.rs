@@ -292,7 +292,62 @@ fn garbage_never_panics() {
             triangle_ids: (0..random.below(50)).map(|_| words(&mut random)).collect(),
             arity: words(&mut random) as usize,
         };
-        let limits = Limits { max_leaf: random.below(10), q8: round % 2 == 0, spatial: false };
+        let limits = Limits { max_leaf: random.below(10), q8: round % 2 == 0, spatial: round % 3 == 0 };
         assert!(validate(&garbage, &boxes, &limits).is_err());
+        assert!(validate_parts(&garbage, &soup(1, N, 0.1), &boxes, &limits).is_err());
     }
+}
+
+/// A triangle over the unit square's lower half in two leaves, each with its part's box, and another one beside it.
+fn parted() -> (Bvh, Vec<Triangle>, Vec<Aabb>) {
+    let triangles = vec![
+        Triangle::new(Vec3::ZERO, Vec3::X * 2.0, Vec3::Y),
+        Triangle::new(Vec3::X, Vec3::X * 2.0, Vec3::X + Vec3::Y),
+    ];
+    let boxes = boxes(&triangles);
+    let leaf = |x: f32, to: f32, high: f32, slot, n| {
+        Node::leaf(Aabb::new(Vec3::new(x, 0.0, 0.0), Vec3::new(to, high, 0.0)), slot, n)
+    };
+    let nodes = vec![Node::inner(boxes[0], 1, 2), leaf(0.0, 1.0, 1.0, 0, 1), leaf(1.0, 2.0, 1.0, 1, 2)];
+    (Bvh { nodes, triangle_ids: vec![0, 1, 0], arity: 2 }, triangles, boxes)
+}
+
+#[test]
+fn parts_of_a_triangle_may_stand_in_several_leaves_only_with_spatial_splits() {
+    const SPATIAL: Limits = Limits { max_leaf: 4, q8: false, spatial: true };
+    let (bvh, triangles, boxes) = parted();
+    let coverage = Coverage { references: 3, duplicated: 1, ..Coverage::default() };
+    assert_eq!(validate_parts(&bvh, &triangles, &boxes, &SPATIAL), Ok(coverage));
+    assert_eq!(validate(&bvh, &boxes, &SPATIAL), Ok(coverage));
+    let seen = validate_parts(&bvh, &triangles, &boxes, &Limits::default()).unwrap_err().first;
+    assert!(seen.contains(&Violation::Repeated { leaf: 2, triangle: 0 }), "{seen:?}");
+
+    let broken = |spoil: fn(&mut Bvh)| {
+        let mut bvh = bvh.clone();
+        spoil(&mut bvh);
+        let union = bvh.nodes[1].aabb.union(&bvh.nodes[2].aabb);
+        bvh.nodes[0].aabb = union;
+        let first = |checked: Result<Coverage, Violations>| checked.map_or_else(|v| v.first, |_| Vec::new());
+        (first(validate_parts(&bvh, &triangles, &boxes, &SPATIAL)), first(validate(&bvh, &boxes, &SPATIAL)))
+    };
+    // A gap in the middle shows with the triangle alone, one at the edge also without.
+    let (seen, by_boxes) = broken(|bvh| bvh.nodes[1].aabb.max.x = 0.99);
+    assert_eq!((seen, by_boxes), (vec![Violation::Uncovered(0)], vec![]));
+    let (seen, by_boxes) = broken(|bvh| bvh.nodes[1].aabb.min.x = 0.01);
+    assert_eq!((seen, by_boxes), (vec![Violation::Uncovered(0)], vec![Violation::Uncovered(0)]));
+    // Part of the triangle is above 0.5 at x < 1.
+    let (seen, _) = broken(|bvh| bvh.nodes[1].aabb.max.y = 0.9);
+    assert_eq!(seen, [Violation::Uncovered(0)]);
+    // The right half has nothing of it above 0.5, but another triangle.
+    let (seen, _) = broken(|bvh| bvh.nodes[2].aabb.max.y = 0.6);
+    assert_eq!(seen, [Violation::Uncovered(1)]);
+    // Boxes beyond the triangles are loose; one that stands once needs its whole box.
+    let (seen, _) = broken(|bvh| bvh.nodes[1].aabb.min.x = -0.5);
+    assert_eq!(seen, [Violation::LooseBox(1)]);
+    let (seen, _) = broken(|bvh| bvh.nodes[1].aabb = Aabb::EMPTY);
+    assert!(seen.contains(&Violation::LooseBox(1)) && seen.contains(&Violation::Uncovered(0)), "{seen:?}");
+    let (seen, _) = broken(|bvh| bvh.triangle_ids[1] = 0);
+    assert_eq!(seen, [Violation::Repeated { leaf: 2, triangle: 0 }, Violation::Missing(1)]);
+    let (seen, _) = broken(|bvh| bvh.triangle_ids[0] = 1);
+    assert!(seen.contains(&Violation::Uncovered(0)), "{seen:?}");
 }

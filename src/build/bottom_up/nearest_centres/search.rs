@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1.0 + 1.0 / (1u64 << 40) as f64;
 const GROWTH: NonZeroUsize = NonZeroUsize::new(4).unwrap();
 
 /// A point as the trees see it.
-pub(super) fn turned(p: DVec3) -> [f64; 3] {
+pub(in crate::build::bottom_up) fn turned(p: DVec3) -> [f64; 3] {
     TURN.map(|row| row.x * p.x + row.y * p.y + row.z * p.z)
 }
 

@@ -1,0 +1,124 @@
+//! The laboratory's own builders, by recipe: `BUILDER[+STEP…]` as on the command line.
+
+use crate::subject::{Built, Prepared, Subject};
+use crate::tree::PeerTree;
+use bvh_lab::build::{self, Brake, BuildOptions, Builder, Input, Parameter};
+use bvh_lab::bvh::Bvh;
+use bvh_lab::geom::{Aabb, Ray, Triangle};
+use bvh_lab::lab;
+use bvh_lab::refine::STEPS;
+use bvh_lab::trace::{HitRecord, Kernel, Query, Scratch};
+
+/// Kernels that are traced with, by id.
+const KERNELS: [&str; 2] = ["scalar", "scalar-fast"];
+
+/// Builders whose refined trees are measured by default, each with every step there is.
+const REFINED: [&str; 3] = ["ploc", "binned-sah", "sbvh"];
+
+/// A builder with its options.
+#[derive(Clone, Debug)]
+pub struct Recipe {
+    word: String,
+    builder: &'static Builder,
+    options: BuildOptions,
+}
+
+impl std::str::FromStr for Recipe {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Self, String> {
+        let (id, steps) = word.split_once('+').unwrap_or((word, ""));
+        let builder = build::find(id).ok_or_else(|| format!("there is no builder {id}"))?;
+        let options = BuildOptions {
+            refine: steps.parse()?,
+            preset: builder.presets.first().copied().unwrap_or(BuildOptions::default().preset),
+            ..BuildOptions::default()
+        };
+        builder.check(&options).map_err(|e| e.to_string())?;
+        Ok(Self { word: word.to_owned(), builder, options })
+    }
+}
+
+/// All modern builders there are, and some with refinement: the list grows with the registers.
+pub fn default_recipes() -> Vec<String> {
+    let modern = build::BUILDERS.iter().filter(|b| b.presets.is_empty());
+    let steps: Vec<_> = STEPS.iter().map(|s| s.id).filter(|&id| id != "leaves").collect();
+    let refined = build::BUILDERS
+        .iter()
+        .filter(|b| REFINED.contains(&b.id) && b.parameters.contains(&Parameter::Refine))
+        .flat_map(|b| steps.iter().map(|step| format!("{}+{step}", b.id)));
+    modern.map(|b| b.id.to_owned()).chain(refined).collect()
+}
+
+impl Recipe {
+    /// The tree, boxes included in the work.
+    ///
+    /// # Errors
+    /// What the builder says, in one line.
+    pub fn tree(&self, triangles: &[Triangle]) -> Result<Bvh, String> {
+        let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+        let input = Input::of_triangles(triangles, &boxes);
+        (self.builder.timed)(input, &self.options, &mut Brake::default()).map_err(|e| e.to_string())
+    }
+}
+
+impl Subject for Recipe {
+    fn library(&self) -> &'static str {
+        "bvh-lab"
+    }
+
+    fn version(&self) -> String {
+        lab::commit().to_owned()
+    }
+
+    fn preset(&self) -> String {
+        self.word.clone()
+    }
+
+    fn builds_with(&self, threads: usize) -> bool {
+        threads == 1 || (self.builder.parallel)(&self.options)
+    }
+
+    fn spatial(&self) -> bool {
+        self.builder.spatial
+    }
+
+    fn prepare<'a>(&'a self, triangles: &'a [Triangle], _threads: usize) -> Box<dyn Prepared + 'a> {
+        Box::new(Ours { recipe: self, triangles })
+    }
+}
+
+struct Ours<'a> {
+    recipe: &'a Recipe,
+    triangles: &'a [Triangle],
+}
+
+impl Prepared for Ours<'_> {
+    fn build(&self) -> Result<Box<dyn Built + '_>, String> {
+        let bvh = self.recipe.tree(self.triangles)?;
+        Ok(Box::new(OurTree { bvh, triangles: self.triangles }))
+    }
+}
+
+struct OurTree<'a> {
+    bvh: Bvh,
+    triangles: &'a [Triangle],
+}
+
+impl Built for OurTree<'_> {
+    fn tree(&self) -> Option<PeerTree> {
+        Some(PeerTree::own(self.bvh.clone()))
+    }
+
+    fn traversals(&self) -> Vec<&'static str> {
+        KERNELS.to_vec()
+    }
+
+    fn trace(&self, traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
+        let kernel = Kernel::from_id(KERNELS[traversal]).expect("kernels named here are registered");
+        let mut scratch = Scratch::default();
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = kernel.trace(Query::Closest, &self.bvh, self.triangles, ray, &mut scratch, &mut ()).into();
+        }
+    }
+}
