@@ -24,7 +24,7 @@ struct Subtree<'a> {
 pub(super) fn tree(boxes: &[Aabb], merges: &Merges) -> Bvh {
     let source = Source { boxes, merges };
     let root = source.get(merges.root());
-    let total = 2 * root.leaves as usize - 1;
+    let total = 2 * root.leaves - 1;
     let (mut nodes, mut ids) = (Vec::with_capacity(total), Vec::with_capacity(boxes.len()));
     let (node, rest) = nodes.spare_capacity_mut()[..total].split_at_mut(1);
     let slots = &mut ids.spare_capacity_mut()[..boxes.len()];

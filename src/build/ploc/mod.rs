@@ -5,7 +5,7 @@
 //!
 //! **Rounds.** The clusters stand in a row, at first the triangles in Morton order. Each looks at the `radius` clusters before
 //! and behind it for the one with which it has the smallest union, and where two have chosen each other they merge. The new
-//! cluster takes the place of the left one, the row closes up, and the next round begins ([`round`]).
+//! cluster takes the place of the left one, the row closes up, and the next round begins (`round`).
 //!
 //! **Ties.** Every cluster has a number, the place of its first triangle in Morton order. Of clusters equally near to the one
 //! with number i, the nearest is the one whose number j has the least i xor j. That order is the same seen from either side, has
@@ -21,7 +21,7 @@
 //! [`crate::refine::open_leaves`], and every merge how many leaves are below: the tree is laid out depth-first at once.
 //!
 //! **Few merges.** Rows like nested boxes let one pair merge a round. Such rounds visit only clusters in reach of the last
-//! merges ([`sparse`]), and find the same pairs as if they had visited all.
+//! merges (`sparse`), and find the same pairs as if they had visited all.
 //!
 //! Deviations: none in the method; the paper leaves ties open.
 
