@@ -1,3 +1,5 @@
+//! Binned SAH against brute force, the paper and sweep SAH.
+
 use super::*;
 use crate::build::testing::any_boxes;
 use crate::build::{Counters, sweep_sah};

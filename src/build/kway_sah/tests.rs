@@ -1,3 +1,5 @@
+//! Divisions of a node against all there are, and trees on hard scenes.
+
 use super::bounds::{Bounds, Group};
 use super::guillotine::Guillotine;
 use super::slabs::Slabs;

@@ -1,3 +1,5 @@
+//! The tree against its definition: parted where the least level is.
+
 use super::*;
 use crate::build::Counters;
 use crate::build::testing::any_boxes;

@@ -1,3 +1,5 @@
+//! The tree against the paper's rounds, every distance taken anew; rounds and work where few merge.
+
 use super::*;
 use crate::build::Counters;
 use crate::build::testing::{any_boxes, on_a_grid};

@@ -1,3 +1,5 @@
+//! Sweep SAH against brute force.
+
 use super::*;
 use crate::build::Counters;
 use crate::build::testing::any_boxes;

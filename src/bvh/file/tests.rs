@@ -1,3 +1,5 @@
+//! Tree files: what comes back, what is refused, and what hostile bytes do.
+
 use super::*;
 use crate::build::{BUILDERS, Brake, BuildOptions, Input, Parameter};
 use crate::bvh::testing::{Random, boxes, median_split, random_tree, soup};
