@@ -110,5 +110,10 @@ fn experiments() -> Vec<Entry> {
             "Beick 2014",
             "time and work against size and arity; why the original builds grew as they did",
         ),
+        entry(
+            "accuracy",
+            "this laboratory",
+            "what accuracy costs in time: planes, bins, neighbours, triangle tests, bits of stored boxes",
+        ),
     ]
 }

@@ -1,5 +1,6 @@
 //! The laboratory: jobs, budgets, verification, measurement. The only place that writes rows.
 
+mod accuracy;
 mod aside;
 mod build_cell;
 mod closed_form;
@@ -20,6 +21,7 @@ mod trace_cell;
 mod twin;
 mod work;
 
+pub use accuracy::{ACCURACY_BUDGET, ACCURACY_SCENES, AccuracyStudy, Part, Verdict, compare_hits};
 pub use build_cell::{BuildCell, Built, Measured, measure_build};
 pub use closed_form::{LiteralWork, literal_work};
 pub use leaf_counts::{RAY_SEED, leaf_count_rays};

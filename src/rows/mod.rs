@@ -1,9 +1,11 @@
 //! Rows: one measured cell each, as CSV. What the laboratory writes and the report reads; nothing else passes between them.
 
+mod accuracy;
 mod decisions;
 mod growth;
 mod store;
 
+pub use accuracy::AccuracyRow;
 pub use decisions::DecisionRow;
 pub use growth::{ScalingRow, WorkRow};
 pub use store::{Row, RowError, RowFile, read, write_whole};
