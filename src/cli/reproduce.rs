@@ -30,12 +30,12 @@ pub fn run(a: &ReproduceArguments) -> Outcome {
     if a.only.is_empty() || a.only.contains(&Item::Figure(3)) {
         figure3(&rows).map_err(wrong)?;
     }
-    finish(&rows, &a.out)
+    finish(&rows, &a.out, "index.html")
 }
 
 /// Runs `report`.
 pub fn report(a: &ReportArguments) -> Outcome {
-    finish(&a.rows, &a.out)
+    finish(&a.rows, &a.out, "index.html")
 }
 
 /// Rows are on disk as they finish, so an interruption loses one cell; it ends with a line that says so.
@@ -48,9 +48,10 @@ pub(super) fn keep_rows_when_interrupted(out: &std::path::Path) -> Outcome {
     ctrlc::set_handler(interrupted).map_err(wrong)
 }
 
-pub(super) fn finish(rows: &std::path::Path, out: &std::path::Path) -> Outcome {
+/// Draws the report and names the page that the command is about.
+pub(super) fn finish(rows: &std::path::Path, out: &std::path::Path, page: &str) -> Outcome {
     let summary = report::write(rows, out).map_err(wrong)?;
-    say(&format!("{summary}\n{}", out.join("index.html").display()))?;
+    say(&format!("{summary}\n{}", out.join(page).display()))?;
     match summary.error_rows {
         0 => Ok(()),
         n => Err(wrong(format!(

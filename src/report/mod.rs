@@ -3,6 +3,7 @@
 //! [`write()`] turns the rows of a study (`rows/builds.csv`, `rows/traces.csv`, `rows/decisions.csv`, `rows/figure3.png`) into `tables/`, `figures/` and
 //! `index.html`. The same rows give the same bytes. [`printed`] holds the thesis' own numbers.
 
+mod accuracy;
 mod cells;
 mod decisions;
 mod figures;
@@ -17,7 +18,8 @@ mod tables;
 
 pub use summary::{CLOSE, Counts, Summary, Within};
 
-use crate::rows::{BuildRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
+use crate::rows::{AccuracyRow, BuildRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
+use accuracy::Accuracy;
 use cells::Study;
 use files::Folder;
 use growth::{Growth, exponents, laws};
@@ -91,10 +93,12 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         decisions: read::<DecisionRow>(rows_dir)?,
     };
     let growth = Growth::read(rows_dir, &study.builds)?;
-    check_origin(rows_dir, &study, &growth)?;
+    let accuracy = Accuracy::read(rows_dir)?;
+    check_origin(rows_dir, &study, &growth, &accuracy)?;
     let mut summary = Summary::of(&study);
-    summary.error_rows += growth.errors();
+    summary.error_rows += growth.errors() + accuracy.errors();
     let mut folder = Folder::new(out_dir);
+    accuracy.write(&mut folder)?;
 
     for preset in PRESETS {
         let dir = if preset == PRESETS[0] { "tables" } else { "tables/text" };
@@ -143,18 +147,20 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         &summary,
         &figures,
         &page::growth::Fits { growth: &growth, laws: &laws, residuals: &residuals, exponents: &exponents },
+        if accuracy.rows.is_empty() { &[] } else { &[(accuracy::PAGE, "what accuracy costs in time")] },
     );
     folder.write("index.html", html.as_bytes())?;
     Ok(Summary { files: folder.into_written(), ..summary })
 }
 
-fn check_origin(rows_dir: &Path, study: &Study, growth: &Growth) -> Result<(), ReportError> {
+fn check_origin(rows_dir: &Path, study: &Study, growth: &Growth, accuracy: &Accuracy) -> Result<(), ReportError> {
     let files = [
         (BuildRow::FILE, study.builds.first().map(Row::origin)),
         (TraceRow::FILE, study.traces.first().map(Row::origin)),
         (DecisionRow::FILE, study.decisions.first().map(Row::origin)),
         (ScalingRow::FILE, growth.scaling.first().map(Row::origin)),
         (WorkRow::FILE, growth.work.first().map(Row::origin)),
+        (AccuracyRow::FILE, accuracy.rows.first().map(Row::origin)),
     ];
     let mut origins = files.into_iter().filter_map(|(file, origin)| Some((file, origin?)));
     let Some(first) = origins.next() else {

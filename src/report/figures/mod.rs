@@ -2,10 +2,11 @@
 
 mod axis;
 mod build_times;
-mod canvas;
-mod chart;
+pub(crate) mod canvas;
+pub(crate) mod chart;
+pub(crate) mod curves;
 mod extended;
-mod legend;
+pub(crate) mod legend;
 mod loglog;
 mod marks;
 mod nodes;
@@ -34,6 +35,14 @@ impl Figures {
     pub fn get(&self, name: &str) -> Option<&Rendered> {
         self.iter().find(|(n, _)| *n == name).and_then(|(_, rendered)| rendered)
     }
+}
+
+/// Draws one figure that stands on a page of its own.
+///
+/// # Errors
+/// A drawing that fails.
+pub(crate) fn rendered(name: &str, drawing: &impl Drawing) -> Result<Rendered, ReportError> {
+    canvas::render(name, drawing)
 }
 
 /// Draws everything the rows allow. Figures of the headline preset are always drawn: they show the printed numbers at least.

@@ -15,11 +15,22 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 /// The whole page as text.
-pub(crate) fn html(study: &Study, summary: &Summary, figures: &Figures, fits: &growth::Fits) -> String {
+///
+/// `others` are the pages beside it: file and what it is about.
+pub(crate) fn html(
+    study: &Study,
+    summary: &Summary,
+    figures: &Figures,
+    fits: &growth::Fits,
+    others: &[(&str, &str)],
+) -> String {
     let headline = PRESETS[0];
     let body = html! {
         h1 { "Bounding volume hierarchies by top-down and bottom-up construction" }
         (introduction())
+        @if !others.is_empty() {
+            p { "Beside this page: " @for (i, (file, about)) in others.iter().enumerate() { @if i > 0 { ", " } a href=(file) { (about) } } "." }
+        }
         (headlines(summary))
         (figure3(figures))
         h2 id="build-times" { "Build times" }
