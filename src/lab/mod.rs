@@ -3,6 +3,7 @@
 mod aside;
 mod build_cell;
 mod closed_form;
+mod compare;
 mod decisions;
 mod job;
 mod leaf_counts;
@@ -20,8 +21,9 @@ mod trace_cell;
 mod twin;
 mod work;
 
-pub use build_cell::{BuildCell, Built, Measured, measure_build};
+pub use build_cell::{BuildCell, Built, EPO_LIMIT, Measured, measure_build};
 pub use closed_form::{LiteralWork, literal_work};
+pub use compare::{Comparison, Contestant, standard_recipes};
 pub use leaf_counts::{RAY_SEED, leaf_count_rays};
 pub use machine::{commit, machine, version};
 pub use measure::{Repeats, repeat, spread};

@@ -8,6 +8,7 @@ mod decisions;
 mod figures;
 mod files;
 mod fit;
+pub mod gate;
 mod growth;
 mod number;
 mod page;
