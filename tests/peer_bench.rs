@@ -8,18 +8,10 @@ mod tree;
 
 use agreement::{Difference, compare};
 use bvh_lab::bvh::{Bvh, Limits, Node, tree_hash, validate};
-use bvh_lab::cost::{SahParams, sah};
 use bvh_lab::geom::{Aabb, Ray, Triangle};
-use bvh_lab::scene::Scene;
 use bvh_lab::trace::HitRecord;
 use glam::Vec3;
-use tree::{Opened, PeerTree, covers, equal_leaves};
-
-/// A leaf over all triangles.
-fn one_leaf(boxes: &[Aabb]) -> Bvh {
-    let nodes = vec![Node::leaf(Aabb::union_of(boxes), 0, boxes.len())];
-    Bvh { nodes, triangle_ids: (0..boxes.len() as u32).collect(), arity: 2 }
-}
+use tree::{Opened, PeerTree, covers};
 
 #[test]
 fn a_foreign_tree_is_read_with_its_loose_boxes_counted() {
@@ -39,24 +31,6 @@ fn a_foreign_tree_is_read_with_its_loose_boxes_counted() {
     assert_eq!(tree.bvh.nodes[first].aabb, boxes[0].union(&boxes[1]));
     let own = PeerTree::own(tree.bvh.clone());
     assert_eq!((own.loose, tree_hash(&own.bvh)), (0, tree_hash(&tree.bvh)));
-}
-
-#[test]
-fn equal_leaves_keep_the_limit_and_the_triangles_and_never_raise_the_cost_of_trees_that_kept_it() {
-    let scene = Scene::load("gen:soup:400").unwrap();
-    let boxes = scene.boxes();
-    let limits = |max_leaf| Limits { max_leaf, ..Limits::default() };
-    let cost = |bvh: &Bvh| sah(bvh, SahParams::default()).unwrap();
-    // 400 are beyond what is swept at once, so the middle is taken first.
-    let large = equal_leaves(&one_leaf(&boxes), &boxes, 4);
-    validate(&large, &boxes, &limits(4)).unwrap();
-    assert!(cost(&large) < 0.5 * cost(&one_leaf(&boxes)));
-    let again = equal_leaves(&large, &boxes, 4);
-    validate(&again, &boxes, &limits(4)).unwrap();
-    assert!(cost(&again) <= cost(&large) * (1.0 + 1e-12));
-    let single = equal_leaves(&large, &boxes, 1);
-    validate(&single, &boxes, &limits(1)).unwrap();
-    assert!(cost(&equal_leaves(&single, &boxes, 4)) <= cost(&single));
 }
 
 #[test]

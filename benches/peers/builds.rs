@@ -2,11 +2,12 @@
 
 use crate::rows::BuildRow;
 use crate::subject::{Built, Prepared, Subject};
-use crate::tree::{covers, equal_leaves};
+use crate::tree::covers;
 use bvh_lab::bvh::{Limits, validate};
 use bvh_lab::cost::{SahParams, sah, stats};
 use bvh_lab::geom::Aabb;
 use bvh_lab::lab::spread;
+use bvh_lab::refine::equal_leaves;
 use bvh_lab::scene::Scene;
 use std::time::{Duration, Instant};
 

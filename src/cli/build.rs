@@ -8,7 +8,9 @@ use bvh_lab::build::{BuildOptions, Engine, Preset, find};
 use bvh_lab::bvh::file::{self, SavedTree};
 use bvh_lab::bvh::{Bvh, Coverage, Limits, tree_hash};
 use bvh_lab::cost::{SahParams, epo, leaf_counts, sah, stats};
-use bvh_lab::lab::{BuildCell, Built, Measured, Repeats, human_seconds, leaf_count_rays, measure_build, spread};
+use bvh_lab::lab::{
+    BuildCell, Built, EPO_LIMIT, Measured, Repeats, human_seconds, leaf_count_rays, measure_build, spread,
+};
 use bvh_lab::rows::{Spread, Status};
 use bvh_lab::scene::Scene;
 use serde::Serialize;
@@ -16,9 +18,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
-
-/// EPO is left out above so many triangles.
-const EPO_LIMIT: usize = 1_000_000;
 
 /// The JSON object of `build`; figures that are undefined are `null`.
 #[derive(Debug, Serialize)]

@@ -20,11 +20,13 @@ use clap::Parser;
 use std::fmt::Display;
 use std::process::ExitCode;
 
-/// Why a command failed; one line each.
+/// Why a command failed; one line for each failure.
 #[derive(Debug)]
 enum Failure {
     /// The input or a result is wrong: exit status 1.
     Input(String),
+    /// Several results are wrong, a line each: exit status 1.
+    Several(Vec<String>),
     /// The words of the call are off: exit status 2.
     Usage(String),
 }
@@ -66,6 +68,12 @@ pub fn main() -> ExitCode {
     match outcome {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(Failure::Input(line))) => fail(&line, 1),
+        Ok(Err(Failure::Several(lines))) => {
+            for line in &lines {
+                fail(line, 1);
+            }
+            ExitCode::from(1)
+        }
         Ok(Err(Failure::Usage(line))) => fail(&line, 2),
         Err(_) => ExitCode::from(1),
     }

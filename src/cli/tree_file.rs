@@ -4,7 +4,7 @@ use super::arguments::{BuildArguments, Recipe};
 use super::build::{BuildReport, finish, load, milliseconds, repeats};
 use super::output::{short, spread_text};
 use super::{Failure, Outcome, off, wrong};
-use bvh_lab::build::{BuildOptions, Parameter};
+use bvh_lab::build::BuildOptions;
 use bvh_lab::bvh::file::{self, FileError, SavedTree, UnfittedTree};
 use bvh_lab::bvh::{Limits, validate_parts};
 use bvh_lab::cost::{SahParams, sah};
@@ -130,7 +130,7 @@ fn fresh_cell(
         refine,
         preset: builder.presets.first().copied().unwrap_or(plain.preset),
         engine: builder.engines.first().copied().unwrap_or(plain.engine),
-        max_leaf: builder.parameters.contains(&Parameter::MaxLeaf).then_some(limits.max_leaf),
+        max_leaf: builder.limits_leaves(&refine).then_some(limits.max_leaf),
         ..plain
     };
     builder.check(&options).map_err(off)?;

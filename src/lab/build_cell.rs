@@ -8,6 +8,9 @@ use crate::geom::{Aabb, Triangle};
 use crate::rows::{Construction, Spread};
 use std::time::{Duration, Instant};
 
+/// EPO is left out above so many triangles, where it would take longer than anything else.
+pub const EPO_LIMIT: usize = 1_000_000;
+
 /// What is to be built, and what it may cost.
 #[derive(Clone, Copy, Debug)]
 pub struct BuildCell<'a> {

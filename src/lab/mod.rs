@@ -4,6 +4,7 @@ mod accuracy;
 mod aside;
 mod build_cell;
 mod closed_form;
+mod compare;
 mod decisions;
 mod job;
 mod leaf_counts;
@@ -22,8 +23,9 @@ mod twin;
 mod work;
 
 pub use accuracy::{ACCURACY_BUDGET, ACCURACY_SCENES, AccuracyStudy, Part, Verdict, compare_hits};
-pub use build_cell::{BuildCell, Built, Measured, measure_build};
+pub use build_cell::{BuildCell, Built, EPO_LIMIT, Measured, measure_build};
 pub use closed_form::{LiteralWork, literal_work};
+pub use compare::{Comparison, Contestant, standard_recipes};
 pub use leaf_counts::{RAY_SEED, leaf_count_rays};
 pub use machine::{commit, machine, version};
 pub use measure::{Repeats, repeat, spread};

@@ -2,6 +2,7 @@
 
 mod collapse;
 mod dynamic;
+mod equal_leaves;
 mod layout;
 mod leaves;
 mod refit;
@@ -11,6 +12,7 @@ mod treelets;
 mod watch;
 
 pub use collapse::{Collapse, collapse, collapse_greedily, collapse_optimally};
+pub use equal_leaves::equal_leaves;
 pub use leaves::open_leaves;
 pub use refit::refit;
 pub use reinsertion::{Reinsertion, reinsert};

@@ -9,6 +9,7 @@ mod decisions;
 mod figures;
 mod files;
 mod fit;
+pub mod gate;
 mod growth;
 mod number;
 mod page;

@@ -1,14 +1,16 @@
 //! Rows: one measured cell each, as CSV. What the laboratory writes and the report reads; nothing else passes between them.
 
 mod accuracy;
+mod compare;
 mod decisions;
 mod growth;
 mod store;
 
 pub use accuracy::AccuracyRow;
+pub use compare::CompareRow;
 pub use decisions::DecisionRow;
 pub use growth::{ScalingRow, WorkRow};
-pub use store::{Row, RowError, RowFile, read, write_whole};
+pub use store::{Row, RowError, RowFile, read, read_file, write_whole};
 
 use serde::{Deserialize, Serialize};
 

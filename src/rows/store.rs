@@ -76,6 +76,15 @@ pub fn read<R: Row>(dir: &Path) -> Result<Vec<R>, RowError> {
     parse(&path, whole_lines(&text))
 }
 
+/// Reads all rows of one kind from a file of any name, which has to be there.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_file<R: Row>(path: &Path) -> Result<Vec<R>, RowError> {
+    let text = fs::read_to_string(path).map_err(|source| io("read", path, source))?;
+    parse(path, whole_lines(&text))
+}
+
 fn whole_lines(text: &str) -> &str {
     &text[..text.rfind('\n').map_or(0, |end| end + 1)]
 }

@@ -173,8 +173,8 @@ fn a_tree_is_an_alternative_to_a_builder() {
         lab.refuse(&format!("build gen:soup:40 {words}"), 2);
     }
     lab.fine("build gen:soup:40 -b sweep-sah --runs 1 -o a.bvh");
-    let line = lab.refuse("build gen:soup:40 --tree a.bvh --refit --against top-down+leaves", 2);
-    assert!(line.contains("no use for +STEP"), "{line}");
+    let line = lab.refuse("build gen:soup:40 --tree a.bvh --refit --against top-down+rotations", 2);
+    assert!(line.contains("no step but +leaves"), "{line}");
 }
 
 #[test]

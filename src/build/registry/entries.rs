@@ -12,7 +12,8 @@ use crate::build::sbvh::{self, Sbvh};
 use crate::build::top_down::{Published, Text, published_exact, published_literal, text_exact, text_literal};
 use crate::build::{Brake, BuildError, BuildOptions, Counters, Input, MAX_LEAF, Probe, sweep_sah};
 use crate::bvh::Bvh;
-use crate::refine::{collapse, open_leaves};
+use crate::geom::Aabb;
+use crate::refine::{collapse, equal_leaves, open_leaves};
 
 /// What every builder of binary trees understands.
 const BINARY: &[Parameter] = &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse];
@@ -25,7 +26,7 @@ pub const BUILDERS: &[Builder] = &[
         summary: "exhaustive search over arity - 1 splits at once, on one axis (published) or mixed planes (text)",
         presets: &[Preset::Published, Preset::Text],
         engines: &Engine::ALL,
-        parameters: &[Parameter::Candidates, Parameter::Q8, Parameter::Costs],
+        parameters: &[Parameter::Candidates, Parameter::Q8, Parameter::Costs, Parameter::MaxLeaf, Parameter::Refine],
         parallel: |_| false,
         spatial: false,
         arities: &[2, 4, 8],
@@ -38,7 +39,7 @@ pub const BUILDERS: &[Builder] = &[
         summary: "agglomerative clustering, by a chain (published), the closest centres (text) or the least union (walter)",
         presets: &[Preset::Published, Preset::Text, Preset::Walter],
         engines: &Engine::ALL,
-        parameters: &[],
+        parameters: &[Parameter::MaxLeaf, Parameter::Refine],
         parallel: |o| (o.preset, o.engine) == (Preset::Walter, Engine::Exact),
         spatial: false,
         arities: &[2, 4, 8],
@@ -178,13 +179,14 @@ fn top_down<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Re
     let candidates = options.candidates.unwrap_or(200 / arity.max(1));
     let published = Published { arity, candidates, q8: options.q8 };
     let text = Text { arity, planes: candidates };
-    match (options.preset, options.engine) {
+    let bvh = match (options.preset, options.engine) {
         (Preset::Published, Engine::Exact) => published_exact::build(boxes, &published, probe),
         (Preset::Published, Engine::Literal) => published_literal::build_by(boxes, &published, options.costs, probe),
         (Preset::Text, Engine::Exact) => text_exact::build(boxes, &text, probe),
         (Preset::Text, Engine::Literal) => text_literal::build(boxes, &text, probe),
         (Preset::Walter, _) => Err(BuildError::Parameter("top-down has no preset walter".into())),
-    }
+    }?;
+    Ok(with_leaves(bvh, boxes, options))
 }
 
 fn bottom_up<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
@@ -198,7 +200,17 @@ fn bottom_up<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> R
         (Preset::Text, Engine::Literal) => all_pairs_literal::build(boxes, Distance::Centres, probe),
         (Preset::Walter, Engine::Literal) => all_pairs_literal::build(boxes, Distance::UnionArea, probe),
     }?;
+    let binary = with_leaves(binary, boxes, options);
     Ok(if options.arity == 2 { binary } else { collapse(&binary, options.arity) })
+}
+
+/// The thesis' leaves hold up to four triangles whatever they cost. With `+leaves`, the one step that its builders take
+/// ([`Builder::check`]), they are what they are in modern trees, so that costs compare.
+fn with_leaves(bvh: Bvh, boxes: &[Aabb], options: &BuildOptions) -> Bvh {
+    if options.refine.is_empty() {
+        return bvh;
+    }
+    equal_leaves(&bvh, boxes, options.max_leaf.unwrap_or(MAX_LEAF))
 }
 
 fn agglo_local<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {

@@ -9,6 +9,7 @@ use super::options::{BuildOptions, Engine, Parameter, Preset};
 use super::top_down::Costs;
 use super::{Brake, BuildError, Counters, Input, MAX_LEAF};
 use crate::bvh::{Bvh, Limits};
+use crate::refine::{Refinements, Step};
 
 /// A builder as the laboratory sees it.
 #[derive(Clone, Copy, Debug)]
@@ -80,11 +81,34 @@ impl Builder {
             let message = format!("{} puts triangles into several leaves, which +{} cannot take", self.id, step.id);
             return Err(BuildError::Parameter(message));
         }
+        if !self.presets.is_empty() {
+            self.check_leaves(options)?;
+        }
         if options.max_leaf.is_some_and(|n| !(1..=MOST_IN_LEAF).contains(&n)) {
             let message = format!("a leaf holds 1 to {MOST_IN_LEAF} triangles");
             return Err(BuildError::Parameter(message));
         }
         Ok(())
+    }
+
+    /// The thesis' builders end in leaves of their own: the one step that they take is to make them anew, in binary trees.
+    fn check_leaves(&self, options: &BuildOptions) -> Result<(), BuildError> {
+        let refuse = |why| Err(BuildError::Parameter(format!("{} {why}", self.id)));
+        if options.refine.iter().any(|info| info.step != Step::Leaves) {
+            return refuse("takes no step but +leaves");
+        }
+        if !options.refine.is_empty() && options.arity != 2 {
+            return refuse("takes +leaves at arity 2 alone");
+        }
+        if options.max_leaf.is_some() && !self.limits_leaves(&options.refine) {
+            return refuse("has no use for --max-leaf without +leaves");
+        }
+        Ok(())
+    }
+
+    /// Whether its leaves, after these steps, follow [`BuildOptions::max_leaf`]: the thesis' own do not.
+    pub fn limits_leaves(&self, refine: &Refinements) -> bool {
+        self.parameters.contains(&Parameter::MaxLeaf) && (self.presets.is_empty() || !refine.is_empty())
     }
 
     /// How many threads a build with `options` shares its work between.
