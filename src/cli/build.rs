@@ -2,6 +2,7 @@
 
 use super::arguments::{BuildArguments, RunArguments};
 use super::output::{json, maybe, say, short, spread_text};
+use super::progress::Reading;
 use super::tree_file::{self, RefitReport};
 use super::{Failure, Outcome, off, wrong};
 use bvh_lab::build::{BuildOptions, Engine, Preset, find};
@@ -242,9 +243,25 @@ fn while_waiting<T>(what: &str, work: impl FnOnce() -> T) -> T {
 
 /// Loads a scene and tells on standard error what there is to tell of it.
 pub fn load(spec: &str) -> Result<Scene, Failure> {
-    let scene = Scene::load(spec)?;
-    scene.warnings.iter().for_each(|w| eprintln!("bvh-lab: {}: {w}", scene.name));
+    let mut reading = Reading::new(spec);
+    let scene = Scene::load_watched(spec, &mut |done, size| reading.tell(done, size));
+    reading.end();
+    let scene = scene?;
+    if let Some(line) = account(&scene) {
+        eprintln!("bvh-lab: {}: {line}", scene.name);
+    }
     Ok(scene)
+}
+
+/// All that was dropped, repaired or not found, in one line.
+fn account(scene: &Scene) -> Option<String> {
+    const MOST: usize = 6;
+    let dropped = scene.dropped.to_string();
+    let more = scene.warnings.len().saturating_sub(MOST);
+    let rest = (more > 0).then(|| format!("and {more} more, which `bvh-lab scene {} --json` lists", scene.name));
+    let all = std::iter::once(dropped).filter(|d| !d.is_empty()).map(|d| format!("left out {d}"));
+    let parts: Vec<_> = all.chain(scene.warnings.iter().take(MOST).cloned()).chain(rest).collect();
+    (!parts.is_empty()).then(|| parts.join("; "))
 }
 
 /// Uses as many threads as asked for, everywhere.

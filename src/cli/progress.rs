@@ -45,6 +45,59 @@ impl Progress {
     }
 }
 
+/// Shows how far a large file has been read.
+#[derive(Debug)]
+pub struct Reading {
+    name: String,
+    begin: Instant,
+    bar: Option<ProgressBar>,
+    /// Tenths that have been told.
+    tenths: u64,
+}
+
+/// Bytes from which a file is worth a word.
+const LARGE: u64 = 64 << 20;
+
+impl Reading {
+    /// Nothing is shown before a large file is met.
+    pub fn new(name: &str) -> Self {
+        Self { name: name.to_owned(), begin: Instant::now(), bar: None, tenths: 0 }
+    }
+
+    /// `done` of `size` bytes have been read.
+    pub fn tell(&mut self, done: u64, size: u64) {
+        if size < LARGE {
+            return;
+        }
+        if std::io::stderr().is_terminal() {
+            let bar = self.bar.get_or_insert_with(|| {
+                let style =
+                    ProgressStyle::with_template("{bar:30} {percent:>3}% {bytes}/{total_bytes}, {eta} left {msg}");
+                let bar = ProgressBar::with_draw_target(Some(size), ProgressDrawTarget::stderr());
+                bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+                bar.set_message(self.name.clone());
+                bar
+            });
+            bar.set_position(done);
+            return;
+        }
+        let tenths = done * 10 / size;
+        if tenths > self.tenths && tenths < 10 {
+            self.tenths = tenths;
+            let left = self.begin.elapsed().as_secs_f64() * (size - done) as f64 / done as f64;
+            let left = human_seconds(left.max(1.0));
+            eprintln!("bvh-lab: {}: {}0% read; about {left} left", self.name, tenths);
+        }
+    }
+
+    /// Takes the bar away.
+    pub fn end(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
 impl Watch for Progress {
     fn begin(&mut self, cell: &str, share: f64) {
         let left = self.left(share);

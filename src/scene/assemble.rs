@@ -62,9 +62,11 @@ impl Assembly {
             triangles: self.triangles,
             objects: self.objects,
             materials: vec![Material::default()],
+            texture_coordinates: Vec::new(),
             dropped: Dropped::default(),
             warnings: Vec::new(),
             camera,
+            cameras: Vec::new(),
         }
     }
 }

@@ -79,6 +79,7 @@ fn write_materials(out: &mut impl Write, materials: &[Material], names: &[String
         writeln!(out, "Ns {}", number(material.shininess))?;
         writeln!(out, "Ni {}", number(material.refraction_index))?;
         writeln!(out, "d {}", number(material.opacity))?;
+        writeln!(out, "Tf {}", point(material.transmission_filter))?;
         writeln!(out, "illum {}", material.illumination_model)?;
     }
     Ok(())
@@ -164,7 +165,9 @@ mod tests {
             shininess: 96.078_43,
             refraction_index: 1.52,
             opacity: 0.25,
+            transmission_filter: Vec3::new(1.0, 0.5, 0.25),
             illumination_model: 7,
+            ..Material::default()
         };
         let twin = Material { opacity: 0.5, ..glass.clone() };
         let false_default = Material { opacity: 0.75, ..Material::default() };

@@ -9,18 +9,20 @@ pub mod families;
 pub mod file;
 mod normals;
 mod spec;
+mod texture;
 pub mod thesis;
 mod twist;
 
 pub use camera::{CameraError, CameraSpec, View};
-pub use effects::{Effect, EffectUse, effects};
+pub use effects::{Effect, EffectSet, EffectUse, UnknownEffect, effects, used_materials};
 pub use error::SceneError;
 pub use export::export_obj;
 pub use normals::smooth_normals;
+pub use texture::{Bitmap, Texture, TextureError, TextureSource};
 pub use twist::twist;
 
 use crate::geom::{Aabb, Triangle};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::ops::Range;
 
 /// Everything a builder, a tracer or a renderer needs to know of a scene.
@@ -36,11 +38,24 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Index into [`Scene::materials`], one per triangle.
     pub material_ids: Vec<u16>,
+    /// Texture coordinates of the three vertices, one entry per triangle; empty where no material has a texture.
+    pub texture_coordinates: Vec<[Vec2; 3]>,
     /// What the loader left out, and why.
     pub dropped: Dropped,
     /// Lines worth telling the user: what was repaired, ignored or not found.
     pub warnings: Vec<String>,
     /// Where the scene is looked at from.
+    pub camera: Camera,
+    /// Cameras that the file names; the first is the scene's own.
+    pub cameras: Vec<NamedCamera>,
+}
+
+/// A camera of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedCamera {
+    /// Its name in the file.
+    pub name: String,
+    /// The camera.
     pub camera: Camera,
 }
 
@@ -70,8 +85,14 @@ pub struct Material {
     pub refraction_index: f32,
     /// Opacity `d` (1 − `Tr`).
     pub opacity: f32,
+    /// Transmission filter `Tf`, linear RGB: what passes through a body of it, of the light that its opacity lets in.
+    pub transmission_filter: Vec3,
     /// Illumination model `illum`.
     pub illumination_model: u8,
+    /// Picture whose colours the diffuse reflectance is multiplied by, `map_Kd`.
+    pub diffuse_map: Option<Texture>,
+    /// Picture of the surface's shape, `map_d`: what is clear in it is cut out.
+    pub opacity_map: Option<Texture>,
 }
 
 impl Default for Material {
@@ -84,7 +105,10 @@ impl Default for Material {
             shininess: 1.0,
             refraction_index: 1.0,
             opacity: 1.0,
+            transmission_filter: Vec3::ONE,
             illumination_model: 1,
+            diffuse_map: None,
+            opacity_map: None,
         }
     }
 }
@@ -102,6 +126,18 @@ impl Dropped {
     /// How many in all.
     pub fn total(&self) -> usize {
         self.not_finite + self.points_and_lines
+    }
+}
+
+impl std::fmt::Display for Dropped {
+    /// `3 triangles with a NaN or infinite vertex and 2 points and lines`, or nothing where nothing was left out.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let counted = |count: usize, what: &str| (count > 0).then(|| format!("{count} {what}"));
+        let parts = [
+            counted(self.not_finite, "triangles with a NaN or infinite vertex"),
+            counted(self.points_and_lines, "points and lines"),
+        ];
+        f.write_str(&parts.into_iter().flatten().collect::<Vec<_>>().join(" and "))
     }
 }
 

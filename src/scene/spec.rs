@@ -17,25 +17,38 @@ impl Scene {
     /// # Errors
     /// [`SceneError`], always one line.
     pub fn load(spec: &str) -> Result<Self, SceneError> {
+        Self::load_watched(spec, &mut |_, _| {})
+    }
+
+    /// As [`Self::load`]; `progress` is told how many bytes of a file have been read, of how many.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn load_watched(spec: &str, progress: &mut file::LoadProgress<'_>) -> Result<Self, SceneError> {
         if let Some((still, degrees)) = spec.split_once(TWIST).filter(|_| !Path::new(spec).exists()) {
-            return load_twisted(spec, still, degrees);
+            return load_twisted(spec, still, degrees, progress);
         }
         let mut scene = if let Some(name) = spec.strip_prefix(THESIS) {
             load_level(spec, name)?
         } else if let Some(words) = spec.strip_prefix(GEN) {
             load_family(spec, words)?
         } else {
-            load_file(spec)?
+            load_file(spec, progress)?
         };
         scene.name = spec.to_owned();
         Ok(scene)
     }
 }
 
-fn load_twisted(spec: &str, still: &str, degrees: &str) -> Result<Scene, SceneError> {
+fn load_twisted(
+    spec: &str,
+    still: &str,
+    degrees: &str,
+    progress: &mut file::LoadProgress<'_>,
+) -> Result<Scene, SceneError> {
     let angle = degrees.parse().ok().filter(|angle: &f64| angle.is_finite());
     let angle = angle.ok_or_else(|| unknown(spec, format!("a number of degrees is wanted behind {TWIST}")))?;
-    let mut scene = Scene::load(still)?;
+    let mut scene = Scene::load_watched(still, progress)?;
     if !twist(&mut scene, angle) {
         return Err(unknown(spec, "it is too large to be twisted: vertices would become infinite".into()));
     }
@@ -80,13 +93,13 @@ fn load_family(spec: &str, words: &str) -> Result<Scene, SceneError> {
 }
 
 /// A word without an ending that names no file is a slip of the pen, not a file that is missing.
-fn load_file(spec: &str) -> Result<Scene, SceneError> {
+fn load_file(spec: &str, progress: &mut file::LoadProgress<'_>) -> Result<Scene, SceneError> {
     let path = Path::new(spec);
     if path.extension().is_none() && !path.exists() {
         let hint = did_you_mean(spec, &[level_names(), family_names()].concat());
         return Err(unknown(spec, format!("it is neither {THESIS}… nor {GEN}… nor a file{hint}")));
     }
-    file::load(path)
+    file::load_watched(path, progress)
 }
 
 fn unknown(spec: &str, reason: String) -> SceneError {

@@ -112,7 +112,8 @@ fn files_that_are_off_end_with_status_1() {
     lab.write("empty.tri", "");
     lab.write("torn.tri", [0; 35]);
     lab.write("nan.tri", [0xff; 36]);
-    lab.write("scene.stl", "solid\nendsolid\n");
+    lab.write("scene.step", "ISO-10303-21;\n");
+    lab.write("empty.stl", "solid\nendsolid\n");
     lab.write("torn.rays", [0; 33]);
     std::fs::create_dir(lab.path("folder.obj")).unwrap();
     for (words, says) in [
@@ -124,7 +125,8 @@ fn files_that_are_off_end_with_status_1() {
         ("build empty.tri", "no triangles"),
         ("build torn.tri", "35 bytes are not a whole number of triangles"),
         ("build nan.tri", "only 1 triangles with a NaN or infinite vertex"),
-        ("build scene.stl", "no known format"),
+        ("build scene.step", "no known format"),
+        ("build empty.stl", "no triangles"),
         ("build folder.obj", "directory"),
         ("trace missing.obj", "cannot read"),
         ("render missing.obj", "cannot read"),

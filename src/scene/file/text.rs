@@ -1,90 +1,185 @@
-//! From bytes to the logical lines of an OBJ or MTL file: encodings, line ends, comments, continuations.
+//! From bytes to the logical lines of a text format, as they come: encodings, line ends, comments, continuations.
+//!
+//! A file is read once, in blocks, and never held whole: what a reader needs is its longest line.
 
 use std::borrow::Cow;
+use std::io::{self, Read};
 
-/// A line as its keyword and the rest, both trimmed, never empty; without comment, continuations joined.
-#[derive(Debug, PartialEq, Eq)]
+/// Bytes read at a time.
+const BLOCK: usize = 1 << 18;
+
+/// Why a text could not be read on.
+#[derive(Debug)]
+pub(super) enum Fault {
+    /// The system, or a damaged compressed file.
+    Io(io::Error),
+    /// The bytes are no text in an encoding that is understood; a sentence about it.
+    Encoding(&'static str),
+}
+
+/// A stream of logical lines. Lines end in LF, CR LF or CR; a backslash at the end joins the next line; a comment runs
+/// from a `#` that begins a word, and ends with its own line, backslash or not.
+pub(super) struct Lines<R> {
+    source: R,
+    buffer: Vec<u8>,
+    /// What of the buffer is still to be looked at.
+    rest: std::ops::Range<usize>,
+    at_end: bool,
+    /// Physical lines so far.
+    number: usize,
+    joined: Vec<u8>,
+}
+
+/// A line without comment and surrounding white space, never empty, continuations joined. Its bytes hold no NUL and are
+/// UTF-8 or some 8-bit encoding that agrees with ASCII.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Line<'a> {
     /// Where it starts in the file, counted from 1.
     pub(super) number: usize,
-    text: Cow<'a, str>,
+    bytes: &'a [u8],
 }
 
-impl Line<'_> {
-    /// The first word.
-    pub(super) fn keyword(&self) -> &str {
-        self.text.split_whitespace().next().unwrap_or_default()
-    }
-
-    /// All after the first word.
-    pub(super) fn rest(&self) -> &str {
-        self.text[self.keyword().len()..].trim()
-    }
-
-    /// The words after the first.
-    pub(super) fn words(&self) -> impl Iterator<Item = &str> {
-        self.text.split_whitespace().skip(1)
+impl<'a> Line<'a> {
+    /// The first word and all after it, trimmed.
+    #[inline]
+    pub(super) fn split(&self) -> (&'a [u8], &'a [u8]) {
+        let end = self.bytes.iter().position(u8::is_ascii_whitespace).unwrap_or(self.bytes.len());
+        let (keyword, rest) = self.bytes.split_at(end);
+        (keyword, rest.trim_ascii_start())
     }
 }
 
-/// Text of a file in UTF-8 (with or without a byte order mark) or else in Latin-1, in which any byte is a character.
-///
-/// # Errors
-/// A sentence where the bytes are UTF-16 or UTF-32, or hold a NUL and so are no text.
-pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, &'static str> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    if bytes.starts_with(b"\xfe\xff") || bytes.starts_with(b"\xff\xfe") {
-        return Err("the encoding is UTF-16; save the file as UTF-8");
-    }
-    if bytes.contains(&0) {
-        return Err("this is no text: it holds a NUL byte; if the encoding is UTF-16, save the file as UTF-8");
-    }
-    Ok(match std::str::from_utf8(bytes) {
+/// The words of `text`.
+#[inline]
+pub(super) fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        rest = rest.trim_ascii_start();
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        let (word, tail) = rest.split_at(end);
+        rest = tail;
+        (!word.is_empty()).then_some(word)
+    })
+}
+
+/// Bytes as characters: UTF-8, or else Latin-1, in which any byte is a character.
+pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
         Ok(text) => text.into(),
         Err(_) => bytes.iter().map(|&byte| char::from(byte)).collect::<String>().into(),
-    })
+    }
 }
 
-/// The logical lines that are not empty. Lines end in LF, CR LF or CR; a backslash at the end joins the next line; a
-/// comment runs from a `#` that begins a word, and ends with its own line, backslash or not.
-pub(super) fn lines(text: &str) -> impl Iterator<Item = Line<'_>> {
-    let mut rest = text;
-    let mut number = 0;
-    std::iter::from_fn(move || {
-        while !rest.is_empty() {
-            number += 1;
-            let start = number;
-            let (mut text, mut continues) = physical_line(&mut rest);
-            let mut joined = String::new();
-            while continues && !rest.is_empty() {
-                number += 1;
-                joined.push_str(text);
-                joined.push(' ');
-                (text, continues) = physical_line(&mut rest);
+impl<R: Read> Lines<R> {
+    pub(super) fn new(source: R) -> Self {
+        Self { source, buffer: Vec::new(), rest: 0..0, at_end: false, number: 0, joined: Vec::new() }
+    }
+
+    /// The next line that is not empty.
+    ///
+    /// # Errors
+    /// [`Fault::Encoding`] where the bytes are UTF-16 or UTF-32, or hold a NUL and so are no text.
+    pub(super) fn next(&mut self) -> Result<Option<Line<'_>>, Fault> {
+        loop {
+            let Some(line) = self.physical()? else { return Ok(None) };
+            let number = self.number;
+            let (text, continues) = strip(&self.buffer[line.clone()]);
+            let line = line.start..line.start + text.len();
+            if !continues {
+                if text.trim_ascii().is_empty() {
+                    continue;
+                }
+                return Ok(Some(Line { number, bytes: self.buffer[line].trim_ascii() }));
             }
-            let text = match joined.is_empty() {
-                true => Cow::Borrowed(text.trim()),
-                false => Cow::Owned((joined + text).trim().to_owned()),
-            };
-            if !text.is_empty() {
-                return Some(Line { number: start, text });
+            self.joined.clear();
+            self.joined.extend_from_slice(&self.buffer[line]);
+            let mut continues = true;
+            while continues {
+                self.joined.push(b' ');
+                let Some(line) = self.physical()? else { break };
+                let (text, more) = strip(&self.buffer[line]);
+                self.joined.extend_from_slice(text);
+                continues = more;
+            }
+            if !self.joined.trim_ascii().is_empty() {
+                return Ok(Some(Line { number, bytes: self.joined.trim_ascii() }));
             }
         }
-        None
-    })
+    }
+
+    /// The place of the next physical line in the buffer, without its end; none at the end of the file.
+    fn physical(&mut self) -> Result<Option<std::ops::Range<usize>>, Fault> {
+        let mut searched = 0;
+        loop {
+            let rest = &self.buffer[self.rest.clone()];
+            let found = memchr::memchr2(b'\n', b'\r', &rest[searched..]).map(|at| at + searched);
+            match found {
+                // Whether a CR has its LF is known with the byte behind it.
+                Some(at) if rest[at] == b'\n' || at + 1 < rest.len() || self.at_end => {
+                    let length = if rest[at..].starts_with(b"\r\n") { 2 } else { 1 };
+                    let start = self.rest.start;
+                    self.rest.start += at + length;
+                    self.number += 1;
+                    return Ok(Some(start..start + at));
+                }
+                None if self.at_end => {
+                    let line = self.rest.clone();
+                    self.rest.start = self.rest.end;
+                    self.number += 1;
+                    return Ok((!line.is_empty()).then_some(line));
+                }
+                _ => {
+                    searched = found.unwrap_or(rest.len());
+                    self.refill()?;
+                }
+            }
+        }
+    }
+
+    /// Moves what is left to the front and reads another block behind it.
+    fn refill(&mut self) -> Result<(), Fault> {
+        let first = self.buffer.is_empty();
+        self.buffer.copy_within(self.rest.clone(), 0);
+        self.rest = 0..self.rest.len();
+        let wanted = self.rest.end + BLOCK;
+        if self.buffer.len() < wanted {
+            self.buffer.resize(wanted, 0);
+        }
+        let from = self.rest.end;
+        while self.rest.end < wanted {
+            match self.source.read(&mut self.buffer[self.rest.end..wanted]) {
+                Ok(0) => {
+                    self.at_end = true;
+                    break;
+                }
+                Ok(n) => self.rest.end += n,
+                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+                Err(e) => return Err(Fault::Io(e)),
+            }
+        }
+        let new = &self.buffer[from..self.rest.end];
+        if first && (new.starts_with(b"\xfe\xff") || new.starts_with(b"\xff\xfe")) {
+            return Err(Fault::Encoding("the encoding is UTF-16; save the file as UTF-8"));
+        }
+        if memchr::memchr(0, new).is_some() {
+            let told = "this is no text: it holds a NUL byte; if the encoding is UTF-16, save the file as UTF-8";
+            return Err(Fault::Encoding(told));
+        }
+        if first && new.starts_with(b"\xef\xbb\xbf") {
+            self.rest.start += 3;
+        }
+        Ok(())
+    }
 }
 
-/// Takes a physical line off `rest`; returns it without comment and backslash, and whether it had the backslash.
-fn physical_line<'a>(rest: &mut &'a str) -> (&'a str, bool) {
-    let end = rest.find(['\n', '\r']).unwrap_or(rest.len());
-    let (line, tail) = rest.split_at(end);
-    *rest = tail.strip_prefix("\r\n").or(tail.get(1..)).unwrap_or_default();
-    let comment = line.match_indices('#').map(|(at, _)| at);
-    let begins_word = |&at: &usize| line[..at].chars().next_back().is_none_or(char::is_whitespace);
-    if let Some(at) = comment.into_iter().find(begins_word) {
+/// A physical line without comment and backslash, and whether it had the backslash.
+#[inline]
+fn strip(line: &[u8]) -> (&[u8], bool) {
+    let begins_word = |&at: &usize| at == 0 || line[at - 1].is_ascii_whitespace();
+    if let Some(at) = memchr::memchr_iter(b'#', line).find(begins_word) {
         return (&line[..at], false);
     }
-    match line.strip_suffix('\\') {
+    match line.strip_suffix(b"\\") {
         Some(start) => (start, true),
         None => (line, false),
     }
@@ -94,8 +189,27 @@ fn physical_line<'a>(rest: &mut &'a str) -> (&'a str, bool) {
 mod tests {
     use super::*;
 
+    fn split_of(source: impl Read) -> Result<Vec<(usize, String)>, Fault> {
+        let mut lines = Lines::new(source);
+        let mut found = Vec::new();
+        while let Some(line) = lines.next()? {
+            found.push((line.number, String::from_utf8_lossy(line.bytes).into_owned()));
+        }
+        Ok(found)
+    }
+
     fn split(text: &str) -> Vec<(usize, String)> {
-        lines(text).map(|line| (line.number, line.text.into_owned())).collect()
+        /// Hands out one byte at a time.
+        struct Drops<'a>(&'a [u8]);
+        impl Read for Drops<'_> {
+            fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+                let n = self.0.len().min(buffer.len()).min(1);
+                self.0.read(&mut buffer[..n])
+            }
+        }
+        let whole = split_of(text.as_bytes()).unwrap();
+        assert_eq!(split_of(Drops(text.as_bytes())).unwrap(), whole);
+        whole
     }
 
     #[test]
@@ -106,22 +220,42 @@ mod tests {
         assert_eq!(split("# art \\\nv 1 # x\n\n  \no box#1"), expected(&[(2, "v 1"), (5, "o box#1")]));
         assert_eq!(split("f 1 \\"), expected(&[(1, "f 1")]));
         assert_eq!(split("\\\n\\\n"), expected(&[]));
+        assert_eq!(split("\u{feff}a\r"), expected(&[(1, "a")]));
         assert_eq!(split(""), expected(&[]));
     }
 
     #[test]
+    fn lines_may_lie_across_blocks_and_be_longer_than_one() {
+        let long = "x".repeat(3 * BLOCK + 7);
+        let text = format!("{long}\r\n\n{}\r\nend", "y\r\n".repeat(BLOCK));
+        let found = split_of(text.as_bytes()).unwrap();
+        assert_eq!((found[0].1.len(), found.len()), (long.len(), BLOCK + 2));
+        assert_eq!(found.last(), Some(&(BLOCK + 4, "end".to_owned())));
+    }
+
+    #[test]
     fn words_of_a_line() {
-        let line = lines("\tusemtl   many  words ").next().unwrap();
-        assert_eq!((line.keyword(), line.rest()), ("usemtl", "many  words"));
-        assert_eq!(line.words().collect::<Vec<_>>(), ["many", "words"]);
+        let mut lines = Lines::new(b"\tusemtl   many  words ".as_slice());
+        let line = lines.next().unwrap().unwrap();
+        assert_eq!(line.split(), (b"usemtl".as_slice(), b"many  words".as_slice()));
+        assert_eq!(words(line.split().1).collect::<Vec<_>>(), [b"many", b"words".as_slice()]);
     }
 
     #[test]
     fn encodings() {
-        assert_eq!(decode(b"\xef\xbb\xbfv").unwrap(), "v");
-        assert_eq!(decode("é".as_bytes()).unwrap(), "é");
-        assert_eq!(decode(b"caf\xe9").unwrap(), "café");
-        assert!(decode(b"\xfe\xff\0v").unwrap_err().contains("encoding"));
-        assert!(decode(b"v\0").unwrap_err().contains("encoding"));
+        assert_eq!(split("\u{feff}v"), [(1, "v".to_owned())]);
+        assert_eq!(decode("é".as_bytes()), "é");
+        assert_eq!(decode(b"caf\xe9"), "café");
+        for bytes in [b"\xfe\xff\0v".as_slice(), b"v\0", b"\xff\xfev\0"] {
+            assert!(matches!(split_of(bytes), Err(Fault::Encoding(told)) if told.contains("encoding")));
+        }
+        assert!(matches!(split_of(Failing), Err(Fault::Io(_))));
+    }
+
+    struct Failing;
+    impl Read for Failing {
+        fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+            Err(io::Error::other("broken"))
+        }
     }
 }

@@ -1,30 +1,27 @@
 //! Raw triangles: little-endian f32, nine a triangle, no header.
 
-use super::{Parts, malformed};
+use super::mesh::Mesh;
+use super::{Parts, Source, malformed};
 use crate::geom::Triangle;
-use crate::scene::{Dropped, Material, Object, SceneError};
+use crate::scene::{Dropped, Material, SceneError};
 use glam::Vec3;
-use std::path::Path;
 
 /// Bytes of a triangle.
 const STRIDE: usize = 36;
 
-pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Parts, SceneError> {
+pub(super) fn read(source: &mut Source<'_>) -> Result<Parts, SceneError> {
+    let bytes = source.bytes()?;
     let (whole, rest) = bytes.as_chunks::<STRIDE>();
     if !rest.is_empty() {
         let size = bytes.len();
         let reason = format!("{size} bytes are not a whole number of triangles of {STRIDE} bytes (nine f32 each)");
-        return Err(malformed(path, None, reason));
+        return Err(malformed(source.path, None, reason));
     }
-    let triangles: Vec<Triangle> = whole.iter().map(triangle).filter(Triangle::is_finite).collect();
-    Ok(Parts {
-        objects: vec![Object { name: "triangles".into(), triangles: 0..triangles.len() }],
-        materials: vec![Material::default()],
-        material_ids: vec![0; triangles.len()],
-        dropped: Dropped { not_finite: whole.len() - triangles.len(), ..Dropped::default() },
-        warnings: Vec::new(),
-        triangles,
-    })
+    let mut mesh = Mesh { material_ids: vec![0; whole.len()], ..Mesh::default() };
+    mesh.begin("triangles".into());
+    mesh.objects[0].triangles.end = whole.len();
+    mesh.triangles = whole.iter().map(triangle).collect();
+    Ok(mesh.finish(vec![Material::default()], Dropped::default(), Vec::new()))
 }
 
 fn triangle(bytes: &[u8; STRIDE]) -> Triangle {

@@ -1,100 +1,81 @@
-//! Wavefront OBJ: repaired here, parsed by `tobj`, triangulated here.
+//! Wavefront OBJ, read here line by line.
 //!
-//! `tobj` alone names no line in its errors, makes triangles of points and lines, panics on short colours, and refuses
-//! trailing comments, continuations, byte order marks, vertices that are partly coloured and faces before their
-//! vertices. So it is handed a plain rewriting of the file (see [`repair`]) in which all of that is settled.
+//! `tobj`, which read it once, names no line in its errors, makes triangles of points and lines, panics on short colours,
+//! and refuses trailing comments, continuations, byte order marks, vertices that are partly coloured and faces before their
+//! vertices. Handing it a plain rewriting of the file took parsing everything twice and several times the file in memory;
+//! as the first parse knows all that is needed, the second is gone. Tests hold the reader to what `tobj` makes of plain files.
 
 mod mtl;
-mod polygon;
-mod repair;
+mod numbers;
+mod parse;
 
-use super::{Parts, malformed, text};
-use crate::geom::Triangle;
-use crate::scene::{Dropped, Object, SceneError};
-use glam::Vec3;
+use super::text::{self, Lines};
+use super::{Parts, Source};
+use crate::scene::{Dropped, SceneError};
 use mtl::Library;
-use std::io::Read;
-use std::path::Path;
+pub(super) use mtl::shininess_of;
+use parse::Parser;
 
-pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Parts, SceneError> {
-    let text = text::decode(bytes).map_err(|reason| malformed(path, None, reason))?;
-    let mut file = repair::repair(&text).map_err(|fault| malformed(path, Some(fault.line), fault.reason))?;
-    let mut warnings = std::mem::take(&mut file.warnings);
-    let library = Library::load(path, &file.libraries, &mut warnings);
-    for (line, name) in &file.materials {
-        if !library.has(name) {
+pub(super) fn read(source: &mut Source<'_>) -> Result<Parts, SceneError> {
+    let mut reading = Reading::default();
+    reading.run(source)?;
+    if reading.missed_texture {
+        // Textures turned up after coordinates and faces had been passed over: once more, with them.
+        reading = Reading::default();
+        reading.parser.with_texture = true;
+        reading.run(source)?;
+    }
+    Ok(reading.finish())
+}
+
+/// A file that is being read.
+#[derive(Default)]
+struct Reading {
+    parser: Parser,
+    library: Library,
+    /// Whether texture coordinates are wanted that were passed over.
+    missed_texture: bool,
+    warnings: Vec<String>,
+}
+
+impl Reading {
+    fn run(&mut self, source: &mut Source<'_>) -> Result<(), SceneError> {
+        let path = source.path;
+        let mut lines = Lines::new(source.reader()?);
+        while let Some(line) = lines.next().map_err(|fault| super::unreadable(path, fault))? {
+            let (keyword, rest) = line.split();
+            if keyword == b"mtllib" {
+                self.library.add(path, line.number, &text::decode(rest), &mut self.warnings);
+                if self.library.has_textures() && !self.parser.with_texture {
+                    self.parser.with_texture = !self.parser.is_under_way;
+                    self.missed_texture = self.parser.is_under_way;
+                }
+                continue;
+            }
+            self.parser.statement(keyword, rest, &line).map_err(|fault| fault.into_error(path))?;
+        }
+        self.parser.finish().map_err(|fault| fault.into_error(path))
+    }
+
+    fn finish(self) -> Parts {
+        let Self { parser, library, mut warnings, .. } = self;
+        let (materials, ids) = library.scene_materials(&parser.materials, &mut warnings);
+        for ((line, name), _) in parser.materials.iter().zip(&ids).filter(|(_, id)| id.is_none()) {
             let name = name.escape_debug();
             warnings.push(format!("line {line}: material '{name}' is not defined; the default material is used"));
         }
-    }
-    let models = parse(&file, &library).map_err(|error| malformed(path, None, format!("tobj refuses it: {error}")))?;
-    let (materials, ids) = library.scene_materials(&mut warnings);
-    let mut parts = Parts {
-        triangles: Vec::new(),
-        objects: Vec::new(),
-        materials,
-        material_ids: Vec::new(),
-        dropped: Dropped { not_finite: 0, points_and_lines: file.points_and_lines },
-        warnings,
-    };
-    // A change of material starts a new model of the same object; objects are numbered in the rewriting, so that
-    // two objects of one name stay two.
-    let mut current = None;
-    for model in &models {
-        let start = parts.triangles.len();
-        parts.dropped.not_finite += add_faces(&mut parts.triangles, &model.mesh);
-        let end = parts.triangles.len();
-        if start == end {
-            continue;
+        parser.account(&mut warnings);
+        let mut mesh = parser.mesh;
+        for slot in &mut mesh.material_ids {
+            *slot = slot.checked_sub(1).and_then(|at| ids[usize::from(at)]).unwrap_or(0);
         }
-        let id = model.mesh.material_id.and_then(|index| ids.get(index));
-        parts.material_ids.resize(end, id.copied().unwrap_or(0));
-        match parts.objects.last_mut() {
-            Some(object) if current == Some(&model.name) => object.triangles.end = end,
-            _ => parts.objects.push(Object { name: file.object_name(&model.name), triangles: start..end }),
+        let is_used = |id: u16| {
+            materials[usize::from(id)].diffuse_map.is_some() || materials[usize::from(id)].opacity_map.is_some()
+        };
+        if !mesh.material_ids.iter().any(|&id| is_used(id)) {
+            mesh.texture_coordinates = Vec::new();
         }
-        current = Some(&model.name);
+        let dropped = Dropped { points_and_lines: parser.points_and_lines, ..Dropped::default() };
+        mesh.finish(materials, dropped, warnings)
     }
-    Ok(parts)
-}
-
-/// Has `tobj` parse the rewriting: the vertices first, so that faces may stand before theirs.
-fn parse(file: &repair::Repaired, library: &Library) -> Result<Vec<tobj::Model>, tobj::LoadError> {
-    let options = tobj::LoadOptions { single_index: true, triangulate: false, ..Default::default() };
-    let vertices = file.vertices.as_bytes().chain(b"mtllib all\n".as_slice());
-    let mut reader = vertices.chain(file.elements.as_bytes());
-    let (models, _) = tobj::load_obj_buf(&mut reader, &options, |_| {
-        Ok((library.materials.clone(), library.index.clone().into_iter().collect()))
-    })?;
-    Ok(models)
-}
-
-/// Adds a mesh's faces, cut into triangles; returns how many were dropped because a vertex is not finite.
-fn add_faces(triangles: &mut Vec<Triangle>, mesh: &tobj::Mesh) -> usize {
-    let position = |index: u32| Vec3::from_slice(&mesh.positions[3 * index as usize..][..3]);
-    let mut dropped = 0;
-    let mut add = |corners: &[Vec3]| {
-        polygon::triangulate(corners, |triangle| {
-            if triangle.is_finite() {
-                triangles.push(triangle);
-            } else {
-                dropped += 1;
-            }
-        });
-    };
-    if mesh.face_arities.is_empty() {
-        for corners in mesh.indices.as_chunks::<3>().0 {
-            add(&corners.map(position));
-        }
-        return dropped;
-    }
-    let (mut rest, mut corners) = (mesh.indices.as_slice(), Vec::new());
-    for &arity in &mesh.face_arities {
-        let (face, tail) = rest.split_at(arity as usize);
-        rest = tail;
-        corners.clear();
-        corners.extend(face.iter().map(|&index| position(index)));
-        add(&corners);
-    }
-    dropped
 }

@@ -5,40 +5,54 @@
 //! of a simple planar polygon. Where there is no ear left (the outline crosses itself, or has no area) the next corner
 //! is cut off as it comes. Polygons of more than 2,048 corners are always cut as a fan: clipping takes quadratic time.
 
-use crate::geom::Triangle;
 use glam::{DVec2, DVec3, Vec3};
 
 /// The most corners an outline may have to be clipped ear by ear.
 const MOST_CLIPPED: usize = 2048;
 
-/// Hands the triangles of the polygon to `emit`; each keeps the polygon's winding.
-pub(super) fn triangulate(corners: &[Vec3], mut emit: impl FnMut(Triangle)) {
-    let mut push = |a: usize, b: usize, c: usize| emit(Triangle::new(corners[a], corners[b], corners[c]));
-    let finite = corners.iter().all(|corner| corner.is_finite());
-    let outline = if corners.len() > 3 && finite { flattened(corners) } else { Vec::new() };
-    let folded = (1..outline.len().saturating_sub(1)).any(|i| turn(outline[0], outline[i], outline[i + 1]) < 0.0);
-    if folded && outline.len() <= MOST_CLIPPED {
-        clip(&outline, push);
-    } else {
-        (1..corners.len().saturating_sub(1)).for_each(|i| push(0, i, i + 1));
+/// Hands the triangles of the polygon to `push`, as places in `corners`; each keeps the polygon's winding.
+pub(super) fn triangulate(corners: &[Vec3], mut push: impl FnMut(usize, usize, usize)) {
+    if corners.len() > 3 && corners.iter().all(|corner| corner.is_finite()) {
+        let flat = Flat::of(corners);
+        let at = |i: usize| flat.place(corners[i]);
+        let first = at(0);
+        let folded = (1..corners.len() - 1).any(|i| turn(first, at(i), at(i + 1)) < 0.0);
+        if folded && corners.len() <= MOST_CLIPPED {
+            let outline: Vec<DVec2> = corners.iter().map(|&corner| flat.place(corner)).collect();
+            return clip(&outline, push);
+        }
     }
+    (1..corners.len().saturating_sub(1)).for_each(|i| push(0, i, i + 1));
 }
 
-/// The outline seen along the axis its normal leans to most, counter-clockwise.
-fn flattened(corners: &[Vec3]) -> Vec<DVec2> {
-    let origin = corners[0].as_dvec3();
-    let local: Vec<DVec3> = corners.iter().map(|corner| corner.as_dvec3() - origin).collect();
-    let normal: DVec3 = local.windows(2).map(|pair| pair[0].cross(pair[1])).sum();
-    let size = normal.abs();
-    let (u, v, along) = if size.x >= size.y && size.x >= size.z {
-        (DVec3::Y, DVec3::Z, normal.x)
-    } else if size.y >= size.z {
-        (DVec3::Z, DVec3::X, normal.y)
-    } else {
-        (DVec3::X, DVec3::Y, normal.z)
-    };
-    let (u, v) = if along < 0.0 { (v, u) } else { (u, v) };
-    local.iter().map(|p| DVec2::new(p.dot(u), p.dot(v))).collect()
+/// The plane of the axes other than the one a polygon's normal leans to most, its outline counter-clockwise in it.
+struct Flat {
+    origin: DVec3,
+    u: DVec3,
+    v: DVec3,
+}
+
+impl Flat {
+    fn of(corners: &[Vec3]) -> Self {
+        let origin = corners[0].as_dvec3();
+        let local = |corner: Vec3| corner.as_dvec3() - origin;
+        let normal: DVec3 = corners.windows(2).map(|pair| local(pair[0]).cross(local(pair[1]))).sum();
+        let size = normal.abs();
+        let (u, v, along) = if size.x >= size.y && size.x >= size.z {
+            (DVec3::Y, DVec3::Z, normal.x)
+        } else if size.y >= size.z {
+            (DVec3::Z, DVec3::X, normal.y)
+        } else {
+            (DVec3::X, DVec3::Y, normal.z)
+        };
+        let (u, v) = if along < 0.0 { (v, u) } else { (u, v) };
+        Self { origin, u, v }
+    }
+
+    fn place(&self, corner: Vec3) -> DVec2 {
+        let p = corner.as_dvec3() - self.origin;
+        DVec2::new(p.dot(self.u), p.dot(self.v))
+    }
 }
 
 /// Ear clipping (Meisters 1975): cuts off, again and again, the first convex corner whose triangle holds no other.
@@ -79,10 +93,11 @@ fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Triangle;
 
     fn cut(corners: &[Vec3]) -> Vec<Triangle> {
         let mut triangles = Vec::new();
-        triangulate(corners, |t| triangles.push(t));
+        triangulate(corners, |a, b, c| triangles.push(Triangle::new(corners[a], corners[b], corners[c])));
         triangles
     }
 

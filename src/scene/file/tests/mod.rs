@@ -1,5 +1,9 @@
 //! Tests of the file readers: odd files of our own, and real scenes where they are at hand.
 
+mod damaged;
+mod formats;
+mod twin;
+
 use super::*;
 use glam::Vec3;
 use std::fs;
@@ -90,14 +94,23 @@ fn objects_and_materials_are_told_apart() {
     assert_eq!(scene.materials[1..3], [red, lamp]);
     let warned = |words: &str| scene.warnings.iter().filter(|w| w.contains(words)).count();
     assert_eq!((warned("no.mtl"), warned("'ghost' is not defined")), (1, 1), "{:?}", scene.warnings);
-    assert_eq!((warned("'spectral'"), warned("illum"), warned("'nan'")), (1, 1, 1), "{:?}", scene.warnings);
-    assert_eq!(scene.warnings.len(), 5, "{:?}", scene.warnings);
+    assert_eq!(
+        (warned("'spectral'"), warned("illum"), warned("'nan'"), warned("map_Kd without")),
+        (1, 1, 1, 1),
+        "{:?}",
+        scene.warnings
+    );
+    assert_eq!(scene.warnings.len(), 6, "{:?}", scene.warnings);
 }
 
 #[test]
 fn broken_files_are_told_by_file_and_line() {
     for (text, words) in [
         ("v 0 0\n", "scene.obj:1: a vertex needs three numbers"),
+        ("v 0 0 0\nv 0 1.#IND 0\n", "scene.obj:2: '1.#IND' is not a number"),
+        ("\u{feff}f -1 -2 -3\n", "scene.obj:1: vertex index -1, but there are no vertices"),
+        ("v 0 0 0\nf 1 1 99999999999999999999\n", "scene.obj:2: vertex index 99999999999999999999 is out of range"),
+        ("v 0 0 0\nf\n", "scene.obj:2: a face without vertices"),
         ("v 0 0 0\nv 0 0 0\r\rf 1 2 3", "scene.obj:4: vertex index 3 is out of range: there are 2 vertices"),
         ("f 0 1 2", "scene.obj:1: vertex index 0"),
         ("v\u{0}", "encoding"),
@@ -116,7 +129,7 @@ fn broken_files_are_told_by_file_and_line() {
 fn places_without_a_scene() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    fs::write(at("x.stl"), "solid").unwrap();
+    fs::write(at("x.step"), "solid").unwrap();
     fs::write(at("plain"), "x").unwrap();
     fs::create_dir(at("folder.obj")).unwrap();
     let load = |name: &str| Scene::load(at(name).to_str().unwrap()).unwrap_err();
@@ -124,7 +137,7 @@ fn places_without_a_scene() {
         let error = load(name);
         assert!(matches!(error, SceneError::Unreadable { .. }) && !error.to_string().contains('\n'), "{error}");
     }
-    for (name, words) in [("x.stl", ".obj or .tri"), ("plain", ".obj or .tri"), ("folder.obj", "directory")] {
+    for (name, words) in [("x.step", ".obj or .ply"), ("plain", ".obj or .ply"), ("folder.obj", "directory")] {
         let error = load(name);
         assert!(matches!(error, SceneError::Malformed { .. }) && error.to_string().contains(words), "{error}");
     }
@@ -195,6 +208,74 @@ fn real_scenes_have_their_triangles() {
     }
 }
 
+#[test]
+fn statements_without_use_are_counted_and_numbers_repaired() {
+    let beside =
+        [("m.mtl", "newmtl a\nKa 1 1 1\nmap_bump b.png\nmap_bump c.png\nPs 0.3\nmap_Kd no.png\nKd 1,5D-1 0 0\n")];
+    let scene = obj(format!("mtllib m.mtl\nusemtl a\n{}", TRIANGLE.replace("v 1 0 0", "v 1,0 0 0")), &beside).unwrap();
+    assert_eq!(scene.triangles, [Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y)]);
+    assert_eq!(scene.materials[1].diffuse, Vec3::new(0.15, 0.0, 0.0));
+    let warned = |words: &str| scene.warnings.iter().any(|w| w.contains(words));
+    assert!(warned("no use here: Ps (1), map_bump (2)") && warned("m.mtl:6: map_Kd: there is no file "));
+    assert!(warned("1 numbers in odd spellings were understood, the first in line 4: '1,0'"), "{:?}", scene.warnings);
+    assert_eq!(scene.warnings.len(), 3);
+}
+
+#[test]
+fn see_through_is_understood_as_its_writers_mean_it() {
+    let clear = |statements: &str| {
+        let beside = [("m.mtl", format!("newmtl a\n{statements}"))];
+        let beside = beside.each_ref().map(|(name, text)| (*name, text.as_str()));
+        let scene = obj(format!("mtllib m.mtl\nusemtl a\n{TRIANGLE}"), &beside).unwrap();
+        let m = &scene.materials[scene.material_ids[0] as usize];
+        (m.opacity, m.transmission_filter)
+    };
+    assert_eq!(clear("d 0.25\nTr 0.1\nTf 0 1 0\n"), (0.25, Vec3::Y));
+    assert_eq!(clear("Tr 0.25\n"), (0.75, Vec3::ONE));
+    // 3ds Max, opaque; Maya, opaque and clear; a green filter by the format's own rule.
+    assert_eq!(clear("d 1\nTr 0\nTf 1 1 1\nillum 2\n"), (1.0, Vec3::ONE));
+    assert_eq!(clear("illum 4\nTf 1 1 1\n"), (1.0, Vec3::ONE));
+    assert_eq!(clear("illum 4\nTf 0.1 0.1 0.1\n"), (0.1, Vec3::ONE));
+    assert_eq!(clear("illum 7\nTf 0 1 0\n"), (1.0, Vec3::Y));
+}
+
+#[test]
+fn metals_mirror_where_they_are_smooth() {
+    let metal = |statements: &str| {
+        let beside = [("m.mtl", format!("newmtl a\nKd 1 0.5 0\n{statements}"))];
+        let beside = beside.each_ref().map(|(name, text)| (*name, text.as_str()));
+        obj(format!("mtllib m.mtl\nusemtl a\n{TRIANGLE}"), &beside).unwrap().materials[1].clone()
+    };
+    let smooth = metal("Pm 1\nPr 0.1\n");
+    assert_eq!((smooth.diffuse, smooth.specular, smooth.illumination_model), (Vec3::ZERO, Vec3::new(1.0, 0.5, 0.0), 3));
+    let rough = metal("Pm 0.5\nPr 0.9\n");
+    assert_eq!((rough.diffuse, rough.illumination_model), (Vec3::new(0.5, 0.25, 0.0), 2));
+    assert!(rough.shininess < smooth.shininess);
+}
+
+#[test]
+fn textured_files_keep_their_texture_coordinates_wherever_the_library_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.obj");
+    image::RgbImage::new(2, 2).save(folder.path().join("a b.png")).unwrap();
+    fs::write(folder.path().join("m.mtl"), "newmtl a\nmap_Kd -o 0.5 -s 2 3 a b.png -clamp on\nmap_d a b.png\n")
+        .unwrap();
+    let body = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1 2 3\n";
+    for text in [format!("mtllib m.mtl\n{body}"), body.replace("usemtl", "mtllib m.mtl\nusemtl")] {
+        fs::write(&path, text).unwrap();
+        let scene = load(&path).unwrap();
+        use glam::Vec2;
+        assert_eq!(scene.texture_coordinates, [[Vec2::ZERO, Vec2::X, Vec2::Y], [Vec2::ZERO; 3]]);
+        let texture = scene.materials[1].diffuse_map.as_ref().unwrap();
+        assert_eq!((texture.offset, texture.scale, texture.clamps), (Vec2::new(0.5, 0.0), Vec2::new(2.0, 3.0), true));
+        assert!(texture.decode().is_ok());
+        assert_eq!(scene.warnings.len(), 1);
+        assert!(scene.warnings[0].contains("material 'b' is not defined"), "{:?}", scene.warnings);
+    }
+    fs::write(&path, body.replace("usemtl a\n", "")).unwrap();
+    assert!(load(&path).unwrap().texture_coordinates.is_empty());
+}
+
 /// What should come of a file of the torture set: triangles, or words of the error.
 const TORTURE: &[(&str, Result<usize, &str>)] = &[
     ("extra/own_nan_inf_plain.obj", Err("no triangles (only 1 triangles with a NaN")),
@@ -263,10 +344,16 @@ fn no_torture_file_panics_or_lets_anything_not_finite_through() {
                 continue;
             }
             files += 1;
-            // Whatever the ending: the reader must survive every file.
-            let bytes = fs::read(&path).unwrap();
-            let found = obj::read(&path, &bytes);
-            let _ = tri::read(&path, &bytes);
+            // Whatever the ending: every reader must survive every file.
+            let size = fs::metadata(&path).unwrap().len();
+            let mut silent = |_, _| {};
+            for format in FORMATS {
+                let found = (format.read)(&mut Source::new(&path, size, &mut silent));
+                if let Err(error) = found {
+                    assert_eq!(error.to_string().lines().count(), 1, "{error}");
+                }
+            }
+            let found = obj::read(&mut Source::new(&path, size, &mut silent));
             match (&found, load(&path)) {
                 (_, Ok(scene)) => assert!(scene.bounds().is_valid(), "{}", path.display()),
                 (_, Err(error)) => assert_eq!(error.to_string().lines().count(), 1, "{error}"),
