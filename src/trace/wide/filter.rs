@@ -61,27 +61,28 @@ impl FilterRay {
         }
     }
 
+    /// Four vertices relative to the origin, sheared along the ray: the two coordinates across it.
+    #[inline(always)]
+    fn sheared<P: Pack<BLOCK>>(&self, v: &[[f32; BLOCK]; 3]) -> (P, P) {
+        let [kx, ky, kz] = self.axes;
+        let depth = P::load(&v[kz]).minus(P::splat(self.origin[2]));
+        let x = P::load(&v[kx]).minus(P::splat(self.origin[0])).minus(P::splat(self.shear[0]).times(depth));
+        let y = P::load(&v[ky]).minus(P::splat(self.origin[1])).minus(P::splat(self.shear[1]).times(depth));
+        (x, y)
+    }
+
     /// One bit for each triangle of `block` that the f64 test may hit, the first lowest.
     #[inline(always)]
     pub fn candidates<P: Pack<BLOCK>>(&self, block: &Block) -> u32 {
-        let [kx, ky, kz] = self.axes;
-        let [ox, oy, oz] = self.origin.map(P::splat);
-        let [sx, sy] = self.shear.map(P::splat);
-        let sheared = |v: &[[f32; BLOCK]; 3]| {
-            let depth = P::load(&v[kz]).minus(oz);
-            let x = P::load(&v[kx]).minus(ox).minus(sx.times(depth));
-            let y = P::load(&v[ky]).minus(oy).minus(sy.times(depth));
-            (x, y)
-        };
-        let [a, b, c] = [0, 1, 2].map(|v| sheared(&block.vertices[v]));
+        let a = self.sheared::<P>(&block.vertices[0]);
+        let b = self.sheared::<P>(&block.vertices[1]);
+        let c = self.sheared::<P>(&block.vertices[2]);
         let u = c.0.times(b.1).minus(c.1.times(b.0));
         let v = a.0.times(c.1).minus(a.1.times(c.0));
         let w = b.0.times(a.1).minus(b.1.times(a.0));
-        let most = |p: (P, P), q: (P, P), r: (P, P)| {
-            let one = |p: (P, P)| p.0.magnitude().greater(p.1.magnitude());
-            one(p).greater(one(q)).greater(one(r))
-        };
-        let l = most(a, b, c);
+        let l = a.0.magnitude().greater(a.1.magnitude());
+        let l = l.greater(b.0.magnitude().greater(b.1.magnitude()));
+        let l = l.greater(c.0.magnitude().greater(c.1.magnitude()));
         let quadratic = P::splat(5.0 / (1 << 24) as f32);
         let delta = l.times(P::splat(self.linear).plus(l.times(quadratic))).plus(P::splat(self.constant));
         let (least, greatest) = (u.lesser(v).lesser(w), u.greater(v).greater(w));

@@ -33,12 +33,22 @@ impl<P> Boxes<P> {
     where
         P: Pack<W>,
     {
+        let (o, i) = (slabs.origin, slabs.inverse);
         Self {
-            origin: slabs.origin.to_array().map(P::splat),
-            inverse: slabs.inverse.to_array().map(P::splat),
+            origin: [P::splat(o.x), P::splat(o.y), P::splat(o.z)],
+            inverse: [P::splat(i.x), P::splat(i.y), P::splat(i.z)],
             near: <[bool; 3]>::from(slabs.negative).map(usize::from),
             t_min: P::splat(ray.t_min),
         }
+    }
+
+    /// Where the ray crosses one plane of every child.
+    #[inline(always)]
+    fn plane<const W: usize>(&self, node: &WideNode<W>, axis: usize, side: usize) -> P
+    where
+        P: Pack<W>,
+    {
+        P::load(&node.bounds[axis][side]).minus(self.origin[axis]).times(self.inverse[axis])
     }
 
     /// The children met before `limit`, a bit each, and where they are entered.
@@ -47,13 +57,12 @@ impl<P> Boxes<P> {
     where
         P: Pack<W>,
     {
-        let plane = |axis: usize, side: usize| {
-            P::load(&node.bounds[axis][side]).minus(self.origin[axis]).times(self.inverse[axis])
-        };
-        let near = [0, 1, 2].map(|axis| plane(axis, self.near[axis]));
-        let far = [0, 1, 2].map(|axis| plane(axis, 1 - self.near[axis]));
-        let entry = near[2].greater(near[1].greater(near[0].greater(P::splat(f32::NEG_INFINITY))));
-        let exit = far[2].lesser(far[1].lesser(far[0].lesser(P::splat(f32::INFINITY))));
+        let [sx, sy, sz] = self.near;
+        let (near_x, far_x) = (self.plane(node, 0, sx), self.plane(node, 0, 1 - sx));
+        let (near_y, far_y) = (self.plane(node, 1, sy), self.plane(node, 1, 1 - sy));
+        let (near_z, far_z) = (self.plane(node, 2, sz), self.plane(node, 2, 1 - sz));
+        let entry = near_z.greater(near_y.greater(near_x.greater(P::splat(f32::NEG_INFINITY))));
+        let exit = far_z.lesser(far_y.lesser(far_x.lesser(P::splat(f32::INFINITY))));
         // The greater of both is `pad_up`, whatever the sign.
         let padded = exit.times(P::splat(1.0 + RELATIVE)).greater(exit.times(P::splat(1.0 - RELATIVE)));
         let exit = padded.plus(P::splat(ABSOLUTE));
@@ -174,27 +183,18 @@ fn watertight<Q: Pack<BLOCK>>(
     better
 }
 
-/// Möller–Trumbore in f32, four at a time, by the operations of [`Triangle::intersect`](crate::geom::Triangle::intersect); whether
-/// `best` became better.
+/// Möller–Trumbore in f32, four at a time; whether `best` became better.
 #[inline(always)]
 fn fast<Q: Pack<BLOCK>>(block: &Block, ray: &Ray, best: &mut Option<Hit>) -> bool {
-    let [a, b, c] = [0, 1, 2].map(|v| [0, 1, 2].map(|axis| Q::load(&block.vertices[v][axis])));
-    let [d, o] = [ray.direction, ray.origin].map(|v| v.to_array().map(Q::splat));
-    let difference = |p: [Q; 3], q: [Q; 3]| [0, 1, 2].map(|i| p[i].minus(q[i]));
-    let cross = |p: [Q; 3], q: [Q; 3]| {
-        [0, 1, 2].map(|i| {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            p[j].times(q[k]).minus(q[j].times(p[k]))
-        })
-    };
-    let dot = |p: [Q; 3], q: [Q; 3]| p[0].times(q[0]).plus(p[1].times(q[1])).plus(p[2].times(q[2]));
-    let (e1, e2, s) = (difference(b, a), difference(c, a), difference(o, a));
-    let p = cross(d, e2);
-    let det = dot(e1, p);
-    let (u, q) = (dot(s, p), cross(s, e1));
-    let (v, t) = (dot(d, q), dot(e2, q));
-    let mut lanes = [[0.0; BLOCK]; 4];
-    // Most lanes fail by sign: u, v and det − u − v are of det's sign inside. The few others are divided one by one.
+    let a = Three::<Q>::vertex(block, 0);
+    let (d, o) = (Three::<Q>::splat(ray.direction), Three::<Q>::splat(ray.origin));
+    let e1 = Three::<Q>::vertex(block, 1).minus(a);
+    let e2 = Three::<Q>::vertex(block, 2).minus(a);
+    let s = o.minus(a);
+    let p = d.cross(e2);
+    let q = s.cross(e1);
+    let (det, u, v, t) = (e1.dot(p), s.dot(p), d.dot(q), e2.dot(q));
+    // Most lanes fail by sign: u, v and det − u − v are of one sign inside. The few others are divided one by one.
     let zero = Q::splat(0.0);
     let w = det.minus(u).minus(v);
     let (least, greatest) = (u.lesser(v).lesser(w), u.greater(v).greater(w));
@@ -203,7 +203,11 @@ fn fast<Q: Pack<BLOCK>>(block: &Block, ray: &Ray, best: &mut Option<Hit>) -> boo
     if inside == 0 {
         return false;
     }
-    [det, u, v, t].iter().zip(&mut lanes).for_each(|(p, lane)| p.store(lane));
+    let mut lanes = [[0.0; BLOCK]; 4];
+    det.store(&mut lanes[0]);
+    u.store(&mut lanes[1]);
+    v.store(&mut lanes[2]);
+    t.store(&mut lanes[3]);
     let mut better = false;
     while inside != 0 {
         let lane = inside.trailing_zeros() as usize;
@@ -219,6 +223,42 @@ fn fast<Q: Pack<BLOCK>>(block: &Block, ray: &Ray, best: &mut Option<Hit>) -> boo
         }
     }
     better
+}
+
+/// Four vectors.
+#[derive(Clone, Copy)]
+struct Three<Q> {
+    x: Q,
+    y: Q,
+    z: Q,
+}
+
+impl<Q: Pack<BLOCK>> Three<Q> {
+    #[inline(always)]
+    fn vertex(block: &Block, vertex: usize) -> Self {
+        let [x, y, z] = &block.vertices[vertex];
+        Self { x: Q::load(x), y: Q::load(y), z: Q::load(z) }
+    }
+    #[inline(always)]
+    fn splat(v: glam::Vec3) -> Self {
+        Self { x: Q::splat(v.x), y: Q::splat(v.y), z: Q::splat(v.z) }
+    }
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        Self { x: self.x.minus(other.x), y: self.y.minus(other.y), z: self.z.minus(other.z) }
+    }
+    #[inline(always)]
+    fn cross(self, other: Self) -> Self {
+        Self {
+            x: self.y.times(other.z).minus(other.y.times(self.z)),
+            y: self.z.times(other.x).minus(other.z.times(self.x)),
+            z: self.x.times(other.y).minus(other.x.times(self.y)),
+        }
+    }
+    #[inline(always)]
+    fn dot(self, other: Self) -> Q {
+        self.x.times(other.x).plus(self.y.times(other.y)).plus(self.z.times(other.z))
+    }
 }
 
 /// The search by the instructions of `level`.
