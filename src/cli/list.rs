@@ -110,5 +110,10 @@ fn experiments() -> Vec<Entry> {
             "Beick 2014",
             "time and work against size and arity; why the original builds grew as they did",
         ),
+        entry(
+            "compare --out DIR",
+            "rows of this program",
+            "builders side by side on your scenes: cost against build time, means, the price of the originals, advice",
+        ),
     ]
 }

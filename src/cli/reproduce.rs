@@ -50,7 +50,9 @@ pub(super) fn keep_rows_when_interrupted(out: &std::path::Path) -> Outcome {
 
 pub(super) fn finish(rows: &std::path::Path, out: &std::path::Path) -> Outcome {
     let summary = report::write(rows, out).map_err(wrong)?;
-    say(&format!("{summary}\n{}", out.join("index.html").display()))?;
+    let pages = summary.files.iter().filter(|f| f.extension().is_some_and(|e| e == "html"));
+    let pages: String = pages.map(|page| format!("\n{}", page.display())).collect();
+    say(&format!("{summary}{pages}"))?;
     match summary.error_rows {
         0 => Ok(()),
         n => Err(wrong(format!(

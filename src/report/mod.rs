@@ -1,9 +1,10 @@
 //! Tables, figures and a page: reads rows, imports nothing else of this crate.
 //!
 //! [`write()`] turns the rows of a study (`rows/builds.csv`, `rows/traces.csv`, `rows/decisions.csv`, `rows/figure3.png`) into `tables/`, `figures/` and
-//! `index.html`. The same rows give the same bytes. [`printed`] holds the thesis' own numbers.
+//! `index.html`, and those of a comparison (`rows/compare.csv`) into `compare.html`. The same rows give the same bytes. [`printed`] holds the thesis' own numbers.
 
 mod cells;
+mod comparison;
 mod decisions;
 mod figures;
 mod files;
@@ -18,11 +19,19 @@ mod tables;
 
 pub use summary::{CLOSE, Counts, Summary, Within};
 
-use crate::rows::{BuildRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
+use crate::rows::{BuildRow, CompareRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
 use cells::Study;
+use comparison::{Comparison, advice, means, originals};
+use figures::Figures;
 use files::Folder;
 use growth::{Growth, exponents, laws};
 use std::path::{Path, PathBuf};
+
+/// The page of builders side by side.
+pub const COMPARISON_PAGE: &str = "compare.html";
+
+/// The page of the study.
+pub const STUDY_PAGE: &str = "index.html";
 
 /// The presets that are reported: what the thesis' program did, and what its words say. The first is the headline.
 const PRESETS: [&str; 2] = ["published", "text"];
@@ -80,7 +89,7 @@ impl ReportError {
     }
 }
 
-/// Draws every table, figure and the page of the rows in `rows_dir` into `out_dir` (made if absent).
+/// Draws every table, figure and page of the rows in `rows_dir` into `out_dir` (made if absent).
 ///
 /// # Errors
 /// No rows; rows that are malformed, double, or of more than one program; an unreadable picture; the file system's.
@@ -92,11 +101,65 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         decisions: read::<DecisionRow>(rows_dir)?,
     };
     let growth = Growth::read(rows_dir, &study.builds)?;
-    check_origin(rows_dir, &study, &growth)?;
+    let comparison = Comparison::read(rows_dir)?;
+    check_origin(rows_dir, &study, &growth, &comparison)?;
     let mut summary = Summary::of(&study);
-    summary.error_rows += growth.errors();
+    summary.error_rows += growth.errors() + comparison.errors();
+    summary.comparison_rows = comparison.rows.len();
+    summary.study_rows =
+        study.builds.len() + study.traces.len() + study.decisions.len() + growth.scaling.len() + growth.work.len();
     let mut folder = Folder::new(out_dir);
+    if summary.study_rows > 0 {
+        write_study(&study, &growth, &summary, rows_dir, &mut folder)?;
+    }
+    write_comparison(&comparison, summary.study_rows > 0, &mut folder)?;
+    Ok(Summary { files: folder.into_written(), ..summary })
+}
 
+/// Which builder for which use, computed from the rows of a comparison: one line a use, none where there is nothing to choose.
+pub fn advice(rows: &[CompareRow]) -> Vec<String> {
+    let counsel = advice::counsel(&Comparison::of(rows.to_vec()));
+    counsel.uses.iter().map(|advice| format!("{}: {}: {}", advice.purpose, advice.pick, advice.why)).collect()
+}
+
+/// Builders side by side; without rows, what an earlier report left of them goes.
+fn write_comparison(comparison: &Comparison, study: bool, folder: &mut Folder) -> Result<(), ReportError> {
+    const TABLE: &str = "tables/compare.csv";
+    let figures = Figures::of_comparison(comparison)?;
+    write_figures(&figures, folder)?;
+    folder.remove_others("figures", "compare-")?;
+    if comparison.rows.is_empty() {
+        folder.remove(TABLE)?;
+        return folder.remove(COMPARISON_PAGE);
+    }
+    let means = means::means(comparison);
+    folder.write(TABLE, means::csv_text(&means).as_bytes())?;
+    let (counsel, originals) = (advice::counsel(comparison), originals::originals(comparison));
+    let findings =
+        page::compare::Findings { comparison, counsel: &counsel, means: &means, originals: originals.as_ref(), study };
+    folder.write(COMPARISON_PAGE, page::compare::html(&findings, &figures).as_bytes())
+}
+
+fn write_figures(figures: &Figures, folder: &mut Folder) -> Result<(), ReportError> {
+    for (name, rendered) in figures.iter() {
+        for (ending, bytes) in [("svg", rendered.map(|r| r.svg.as_bytes())), ("png", rendered.map(|r| &r.png[..]))] {
+            let file = format!("figures/{name}.{ending}");
+            match bytes {
+                Some(bytes) => folder.write(&file, bytes)?,
+                None => folder.remove(&file)?,
+            }
+        }
+    }
+    Ok(())
+}
+
+fn write_study(
+    study: &Study,
+    growth: &Growth,
+    summary: &Summary,
+    rows_dir: &Path,
+    folder: &mut Folder,
+) -> Result<(), ReportError> {
     for preset in PRESETS {
         let dir = if preset == PRESETS[0] { "tables" } else { "tables/text" };
         for number in 1..=9 {
@@ -112,8 +175,8 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         rows => folder.write("tables/decisions.csv", decisions::csv_text(rows).as_bytes())?,
     }
 
-    let (laws, exponents) = (laws::laws(&growth), exponents::exponents(&growth));
-    let residuals = laws::residuals(&growth, &laws);
+    let (laws, exponents) = (laws::laws(growth), exponents::exponents(growth));
+    let residuals = laws::residuals(growth, &laws);
     let growth_tables = [
         ("tables/scaling.csv", exponents::csv_text(&exponents)),
         ("tables/why.csv", laws::laws_csv(&laws)),
@@ -126,36 +189,23 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         }
     }
 
-    let mut figures = figures::draw_all(&study, rows_dir)?;
+    let mut figures = figures::draw_all(study, rows_dir)?;
     let shown = if growth.is_empty() { &[][..] } else { &residuals };
-    figures.extend(&study, &growth, shown)?;
-    for (name, rendered) in figures.iter() {
-        for (ending, bytes) in [("svg", rendered.map(|r| r.svg.as_bytes())), ("png", rendered.map(|r| &r.png[..]))] {
-            let file = format!("figures/{name}.{ending}");
-            match bytes {
-                Some(bytes) => folder.write(&file, bytes)?,
-                None => folder.remove(&file)?,
-            }
-        }
-    }
-
-    let html = page::html(
-        &study,
-        &summary,
-        &figures,
-        &page::growth::Fits { growth: &growth, laws: &laws, residuals: &residuals, exponents: &exponents },
-    );
-    folder.write("index.html", html.as_bytes())?;
-    Ok(Summary { files: folder.into_written(), ..summary })
+    figures.extend(study, growth, shown)?;
+    write_figures(&figures, folder)?;
+    let fits = page::growth::Fits { growth, laws: &laws, residuals: &residuals, exponents: &exponents };
+    let html = page::html(study, summary, &figures, &fits, summary.comparison_rows > 0);
+    folder.write(STUDY_PAGE, html.as_bytes())
 }
 
-fn check_origin(rows_dir: &Path, study: &Study, growth: &Growth) -> Result<(), ReportError> {
+fn check_origin(rows_dir: &Path, study: &Study, growth: &Growth, comparison: &Comparison) -> Result<(), ReportError> {
     let files = [
         (BuildRow::FILE, study.builds.first().map(Row::origin)),
         (TraceRow::FILE, study.traces.first().map(Row::origin)),
         (DecisionRow::FILE, study.decisions.first().map(Row::origin)),
         (ScalingRow::FILE, growth.scaling.first().map(Row::origin)),
         (WorkRow::FILE, growth.work.first().map(Row::origin)),
+        (CompareRow::FILE, comparison.rows.first().map(Row::origin)),
     ];
     let mut origins = files.into_iter().filter_map(|(file, origin)| Some((file, origin?)));
     let Some(first) = origins.next() else {

@@ -47,6 +47,10 @@ pub struct Summary {
     pub cells: Counts,
     /// Rows of any preset that failed their verification.
     pub error_rows: usize,
+    /// Rows of the study.
+    pub study_rows: usize,
+    /// Rows of builders side by side.
+    pub comparison_rows: usize,
     /// Table 5, preset `published`, Tiny to Large, arity 2 and 4: the cells free of rule Q8.
     pub table5: Within,
     /// The same over all cells of Table 5.
@@ -76,6 +80,8 @@ impl Summary {
         Self {
             files: Vec::new(),
             cells,
+            study_rows: 0,
+            comparison_rows: 0,
             error_rows: builds.chain(traces).chain(decisions).filter(|s| failed(s)).count(),
             table5: within(study, 5, |model, arity| model != Model::Huge && arity != Some(8)),
             table5_all: within(study, 5, |_, _| true),
@@ -88,6 +94,13 @@ impl Summary {
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let c = &self.cells;
+        if self.comparison_rows > 0 {
+            let more = if self.study_rows > 0 { "; " } else { "" };
+            write!(f, "{} rows of builders side by side{more}", self.comparison_rows)?;
+        }
+        if self.study_rows == 0 {
+            return write!(f, "; {} files", self.files.len());
+        }
         write!(
             f,
             "Table 5: {} of {} measured cells within 6 % (Tiny to Large, arity 2 and 4; {} are printed); Tables 2 to 9, preset \

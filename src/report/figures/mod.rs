@@ -5,17 +5,21 @@ mod build_times;
 mod canvas;
 mod chart;
 mod extended;
+mod labels;
 mod legend;
 mod loglog;
 mod marks;
 mod nodes;
+mod pareto;
 mod picture;
 mod scaling;
 mod why;
 
 use crate::report::cells::Study;
+use crate::report::comparison::Comparison;
 use crate::report::growth::Growth;
 use crate::report::growth::laws::Residual;
+use crate::report::page::compare::figure_name;
 use crate::report::{PRESETS, ReportError};
 use canvas::{Drawing, Rendered};
 use std::path::Path;
@@ -75,6 +79,20 @@ impl Figures {
         self.add("scaling-time", scaling::time(growth))?;
         self.add("scaling-work", scaling::work(growth))?;
         self.add("why", why::why(residuals))
+    }
+
+    /// Those of builders side by side, one a scene and class.
+    ///
+    /// # Errors
+    /// A drawing that fails.
+    pub fn of_comparison(comparison: &Comparison) -> Result<Self, ReportError> {
+        let mut figures = Self(Vec::new());
+        for (i, scene) in comparison.scenes.iter().enumerate() {
+            for class in comparison.classes() {
+                figures.add(&figure_name(i, class), pareto::sheet(comparison, scene, class))?;
+            }
+        }
+        Ok(figures)
     }
 
     fn add(&mut self, name: &str, sheet: Option<impl Drawing>) -> Result<(), ReportError> {

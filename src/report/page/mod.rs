@@ -1,25 +1,32 @@
-//! The page: one self-contained HTML file, figures and styles inside it.
+//! The pages: self-contained HTML files, figures and styles inside them; here that of the study.
 
+pub(crate) mod compare;
 mod decisions;
 pub(crate) mod growth;
 mod notes;
 mod provenance;
 mod tables;
 
-use crate::report::PRESETS;
 use crate::report::cells::Study;
 use crate::report::figures::Figures;
 use crate::report::summary::{Summary, Within};
+use crate::report::{COMPARISON_PAGE, PRESETS};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-/// The whole page as text.
-pub(crate) fn html(study: &Study, summary: &Summary, figures: &Figures, fits: &growth::Fits) -> String {
+/// The whole page as text; `comparison` says that the page of builders side by side stands beside it.
+pub(crate) fn html(
+    study: &Study,
+    summary: &Summary,
+    figures: &Figures,
+    fits: &growth::Fits,
+    comparison: bool,
+) -> String {
     let headline = PRESETS[0];
     let body = html! {
         h1 { "Bounding volume hierarchies by top-down and bottom-up construction" }
-        (introduction())
+        (introduction(comparison))
         (headlines(summary))
         (figure3(figures))
         h2 id="build-times" { "Build times" }
@@ -49,13 +56,18 @@ pub(crate) fn html(study: &Study, summary: &Summary, figures: &Figures, fits: &g
         }
         (provenance::footer(study, fits.growth))
     };
+    document("bvh-lab: the study", &body)
+}
+
+/// A self-contained HTML file.
+fn document(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "bvh-lab: the study" }
+                title { (title) }
                 style { (PreEscaped(include_str!("style.css"))) }
             }
             body { (body) }
@@ -64,7 +76,7 @@ pub(crate) fn html(study: &Study, summary: &Summary, figures: &Figures, fits: &g
     page.into_string()
 }
 
-fn introduction() -> Markup {
+fn introduction(comparison: bool) -> Markup {
     html! {
         p .lead {
             "A reproduction of Kevin Beick's thesis " em { "Analyzing Performance of Bounding Volume Hierarchies for Ray Tracing" }
@@ -74,6 +86,7 @@ fn introduction() -> Markup {
         p .soft {
             "Preset " code { "published" } " does what the author's program did and is the headline; preset " code { "text" }
             " does what the thesis says in words. This page is drawn from rows of measurements and computes nothing but comparisons."
+            @if comparison { " Modern builders stand " a href=(COMPARISON_PAGE) { "on a page of their own" } "." }
         }
     }
 }
