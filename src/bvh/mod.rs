@@ -2,11 +2,13 @@
 
 pub mod file;
 mod hash;
+mod quantise;
 #[cfg(test)]
 pub(crate) mod testing;
 mod validate;
 
 pub use hash::{TreeHash, tree_hash};
+pub use quantise::{quantised, stored_bytes};
 pub use validate::{Coverage, Limits, Violation, Violations, validate, validate_parts};
 
 use crate::geom::Aabb;

@@ -115,5 +115,10 @@ fn experiments() -> Vec<Entry> {
             "rows of this program",
             "builders side by side on your scenes: cost against build time, means, the price of the originals, advice",
         ),
+        entry(
+            "accuracy",
+            "this laboratory",
+            "what accuracy costs in time: planes, bins, neighbours, triangle tests, bits of stored boxes",
+        ),
     ]
 }

@@ -1,5 +1,6 @@
 //! The command line: words to options, results to people and programs.
 
+mod accuracy;
 mod arguments;
 mod build;
 mod compare;
@@ -85,6 +86,7 @@ fn run(command: Command) -> Outcome {
     match command {
         Command::Reproduce(a) => reproduce::run(&a),
         Command::Scaling(a) => scaling::run(&a),
+        Command::Accuracy(a) => accuracy::run(&a),
         Command::Report(a) => reproduce::report(&a),
         Command::Build(a) => build::run(&a),
         Command::Trace(a) => trace::run(&a),

@@ -48,6 +48,7 @@ pub(super) fn keep_rows_when_interrupted(out: &std::path::Path) -> Outcome {
     ctrlc::set_handler(interrupted).map_err(wrong)
 }
 
+/// Draws the report and names its pages.
 pub(super) fn finish(rows: &std::path::Path, out: &std::path::Path) -> Outcome {
     let summary = report::write(rows, out).map_err(wrong)?;
     let pages = summary.files.iter().filter(|f| f.extension().is_some_and(|e| e == "html"));

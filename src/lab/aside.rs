@@ -3,7 +3,7 @@
 use super::lock::Lock;
 use super::machine::{commit, version};
 use super::study::Watch;
-use crate::rows::{BuildRow, CompareRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
+use crate::rows::{AccuracyRow, BuildRow, CompareRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
 use std::path::Path;
 
 /// Moves all that lies in the folder `rows` into a new one beside it, if any row there is of another program than this.
@@ -17,6 +17,7 @@ pub(super) fn set_aside_other_versions(rows: &Path, watch: &mut dyn Watch) -> Re
         other::<DecisionRow>(rows)?,
         other::<ScalingRow>(rows)?,
         other::<WorkRow>(rows)?,
+        other::<AccuracyRow>(rows)?,
         other::<CompareRow>(rows)?,
     ];
     let Some(theirs) = theirs.into_iter().flatten().next() else {

@@ -1,8 +1,9 @@
 //! Tables, figures and a page: reads rows, imports nothing else of this crate.
 //!
 //! [`write()`] turns the rows of a study (`rows/builds.csv`, `rows/traces.csv`, `rows/decisions.csv`, `rows/figure3.png`) into `tables/`, `figures/` and
-//! `index.html`, and those of a comparison (`rows/compare.csv`) into `compare.html`. The same rows give the same bytes. [`printed`] holds the thesis' own numbers.
+//! `index.html`, those of a comparison (`rows/compare.csv`) into `compare.html`, and those about accuracy (`rows/accuracy.csv`) into `accuracy.html`. The same rows give the same bytes. [`printed`] holds the thesis' own numbers.
 
+mod accuracy;
 mod cells;
 mod comparison;
 mod decisions;
@@ -19,10 +20,10 @@ mod tables;
 
 pub use summary::{CLOSE, Counts, Summary, Within};
 
-use crate::rows::{BuildRow, CompareRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
+use crate::rows::{AccuracyRow, BuildRow, CompareRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
+use accuracy::Accuracy;
 use cells::Study;
-use comparison::{Comparison, advice, means, originals};
-use figures::Figures;
+use comparison::{Comparison, advice};
 use files::Folder;
 use growth::{Growth, exponents, laws};
 use std::path::{Path, PathBuf};
@@ -101,18 +102,19 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         decisions: read::<DecisionRow>(rows_dir)?,
     };
     let growth = Growth::read(rows_dir, &study.builds)?;
-    let comparison = Comparison::read(rows_dir)?;
-    check_origin(rows_dir, &study, &growth, &comparison)?;
+    let (accuracy, comparison) = (Accuracy::read(rows_dir)?, Comparison::read(rows_dir)?);
+    check_origin(rows_dir, &study, &growth, &accuracy, &comparison)?;
     let mut summary = Summary::of(&study);
-    summary.error_rows += growth.errors() + comparison.errors();
-    summary.comparison_rows = comparison.rows.len();
+    summary.error_rows += growth.errors() + accuracy.errors() + comparison.errors();
     summary.study_rows =
         study.builds.len() + study.traces.len() + study.decisions.len() + growth.scaling.len() + growth.work.len();
+    (summary.accuracy_rows, summary.comparison_rows) = (accuracy.rows.len(), comparison.rows.len());
     let mut folder = Folder::new(out_dir);
+    accuracy.write(&mut folder)?;
+    comparison.write(&mut folder, summary.study_rows > 0)?;
     if summary.study_rows > 0 {
         write_study(&study, &growth, &summary, rows_dir, &mut folder)?;
     }
-    write_comparison(&comparison, summary.study_rows > 0, &mut folder)?;
     Ok(Summary { files: folder.into_written(), ..summary })
 }
 
@@ -122,37 +124,7 @@ pub fn advice(rows: &[CompareRow]) -> Vec<String> {
     counsel.uses.iter().map(|advice| format!("{}: {}: {}", advice.purpose, advice.pick, advice.why)).collect()
 }
 
-/// Builders side by side; without rows, what an earlier report left of them goes.
-fn write_comparison(comparison: &Comparison, study: bool, folder: &mut Folder) -> Result<(), ReportError> {
-    const TABLE: &str = "tables/compare.csv";
-    let figures = Figures::of_comparison(comparison)?;
-    write_figures(&figures, folder)?;
-    folder.remove_others("figures", "compare-")?;
-    if comparison.rows.is_empty() {
-        folder.remove(TABLE)?;
-        return folder.remove(COMPARISON_PAGE);
-    }
-    let means = means::means(comparison);
-    folder.write(TABLE, means::csv_text(&means).as_bytes())?;
-    let (counsel, originals) = (advice::counsel(comparison), originals::originals(comparison));
-    let findings =
-        page::compare::Findings { comparison, counsel: &counsel, means: &means, originals: originals.as_ref(), study };
-    folder.write(COMPARISON_PAGE, page::compare::html(&findings, &figures).as_bytes())
-}
-
-fn write_figures(figures: &Figures, folder: &mut Folder) -> Result<(), ReportError> {
-    for (name, rendered) in figures.iter() {
-        for (ending, bytes) in [("svg", rendered.map(|r| r.svg.as_bytes())), ("png", rendered.map(|r| &r.png[..]))] {
-            let file = format!("figures/{name}.{ending}");
-            match bytes {
-                Some(bytes) => folder.write(&file, bytes)?,
-                None => folder.remove(&file)?,
-            }
-        }
-    }
-    Ok(())
-}
-
+/// The study of the thesis: its tables, figures and page.
 fn write_study(
     study: &Study,
     growth: &Growth,
@@ -192,13 +164,23 @@ fn write_study(
     let mut figures = figures::draw_all(study, rows_dir)?;
     let shown = if growth.is_empty() { &[][..] } else { &residuals };
     figures.extend(study, growth, shown)?;
-    write_figures(&figures, folder)?;
+    figures.write(folder)?;
     let fits = page::growth::Fits { growth, laws: &laws, residuals: &residuals, exponents: &exponents };
-    let html = page::html(study, summary, &figures, &fits, summary.comparison_rows > 0);
-    folder.write(STUDY_PAGE, html.as_bytes())
+    let others = [
+        (summary.accuracy_rows, accuracy::PAGE, "what accuracy costs in time"),
+        (summary.comparison_rows, COMPARISON_PAGE, "builders side by side"),
+    ];
+    let others: Vec<_> = others.iter().filter(|o| o.0 > 0).map(|o| (o.1, o.2)).collect();
+    folder.write(STUDY_PAGE, page::html(study, summary, &figures, &fits, &others).as_bytes())
 }
 
-fn check_origin(rows_dir: &Path, study: &Study, growth: &Growth, comparison: &Comparison) -> Result<(), ReportError> {
+fn check_origin(
+    rows_dir: &Path,
+    study: &Study,
+    growth: &Growth,
+    accuracy: &Accuracy,
+    comparison: &Comparison,
+) -> Result<(), ReportError> {
     let files = [
         (BuildRow::FILE, study.builds.first().map(Row::origin)),
         (TraceRow::FILE, study.traces.first().map(Row::origin)),
@@ -206,6 +188,7 @@ fn check_origin(rows_dir: &Path, study: &Study, growth: &Growth, comparison: &Co
         (ScalingRow::FILE, growth.scaling.first().map(Row::origin)),
         (WorkRow::FILE, growth.work.first().map(Row::origin)),
         (CompareRow::FILE, comparison.rows.first().map(Row::origin)),
+        (AccuracyRow::FILE, accuracy.rows.first().map(Row::origin)),
     ];
     let mut origins = files.into_iter().filter_map(|(file, origin)| Some((file, origin?)));
     let Some(first) = origins.next() else {

@@ -49,6 +49,8 @@ pub struct Summary {
     pub error_rows: usize,
     /// Rows of the study.
     pub study_rows: usize,
+    /// Rows about accuracy.
+    pub accuracy_rows: usize,
     /// Rows of builders side by side.
     pub comparison_rows: usize,
     /// Table 5, preset `published`, Tiny to Large, arity 2 and 4: the cells free of rule Q8.
@@ -81,6 +83,7 @@ impl Summary {
             files: Vec::new(),
             cells,
             study_rows: 0,
+            accuracy_rows: 0,
             comparison_rows: 0,
             error_rows: builds.chain(traces).chain(decisions).filter(|s| failed(s)).count(),
             table5: within(study, 5, |model, arity| model != Model::Huge && arity != Some(8)),
@@ -94,12 +97,13 @@ impl Summary {
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let c = &self.cells;
-        if self.comparison_rows > 0 {
-            let more = if self.study_rows > 0 { "; " } else { "" };
-            write!(f, "{} rows of builders side by side{more}", self.comparison_rows)?;
+        let others =
+            [(self.accuracy_rows, "rows about accuracy"), (self.comparison_rows, "rows of builders side by side")];
+        for (rows, about) in others.iter().filter(|o| o.0 > 0) {
+            write!(f, "{rows} {about}; ")?;
         }
         if self.study_rows == 0 {
-            return write!(f, "; {} files", self.files.len());
+            return write!(f, "{} files", self.files.len());
         }
         write!(
             f,

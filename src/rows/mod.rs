@@ -1,10 +1,12 @@
 //! Rows: one measured cell each, as CSV. What the laboratory writes and the report reads; nothing else passes between them.
 
+mod accuracy;
 mod compare;
 mod decisions;
 mod growth;
 mod store;
 
+pub use accuracy::AccuracyRow;
 pub use compare::CompareRow;
 pub use decisions::DecisionRow;
 pub use growth::{ScalingRow, WorkRow};

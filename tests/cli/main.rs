@@ -1,5 +1,6 @@
 //! The command line from outside: what is typed and what comes back, as `bvh-lab`'s users and their scripts see it.
 
+mod accuracy;
 mod build;
 mod compare;
 mod refusals;
@@ -17,7 +18,9 @@ use support::{Lab, taken_apart};
 fn help_and_version_are_no_errors() {
     let lab = Lab::new();
     let help = lab.fine("--help");
-    for command in ["reproduce", "scaling", "build", "trace", "render", "compare", "report", "list", "scene"] {
+    for command in
+        ["reproduce", "scaling", "accuracy", "build", "trace", "render", "compare", "report", "list", "scene"]
+    {
         assert!(help.contains(command), "{command}");
         assert!(lab.fine(&format!("{command} --help")).contains("Usage:"));
     }

@@ -1,11 +1,13 @@
 //! The words that the command line understands: the commands here, their own words in a file a family.
 
+mod accuracy;
 mod compare;
 mod scene;
 mod study;
 mod tree;
 mod words;
 
+pub use accuracy::AccuracyArguments;
 pub use compare::CompareArguments;
 pub use scene::{BuildArguments, RenderArguments, RunArguments, SceneArguments, TraceArguments};
 pub use study::{ReportArguments, ReproduceArguments, ScalingArguments};
@@ -36,6 +38,8 @@ pub enum Command {
     Render(RenderArguments),
     /// Builders side by side on one scene
     Compare(CompareArguments),
+    /// What accuracy costs in time: planes, bins, neighbours, triangle tests, bits of boxes
+    Accuracy(AccuracyArguments),
     /// Redraw every table, figure and the page from rows alone
     Report(ReportArguments),
     /// What there is: scenes, builders, kernels, experiments

@@ -4,6 +4,10 @@ pub(crate) mod advice;
 pub(crate) mod means;
 pub(crate) mod originals;
 
+use crate::report::figures::Figures;
+use crate::report::files::Folder;
+use crate::report::page::{self, compare::Findings};
+use crate::report::{COMPARISON_PAGE, ReportError};
 use crate::rows::{CompareRow, RowError, Status, read};
 use std::path::Path;
 
@@ -89,6 +93,28 @@ impl Comparison {
     /// Rows that failed their verification.
     pub fn errors(&self) -> usize {
         self.rows.iter().filter(|r| r.status == Status::Error).count()
+    }
+
+    /// Writes figures, table and page; without rows, what an earlier report left of them goes. `study` says that the study's page
+    /// stands beside this one.
+    ///
+    /// # Errors
+    /// A drawing that fails, the file system's.
+    pub fn write(&self, folder: &mut Folder, study: bool) -> Result<(), ReportError> {
+        const TABLE: &str = "tables/compare.csv";
+        let figures = Figures::of_comparison(self)?;
+        figures.write(folder)?;
+        folder.remove_others("figures", "compare-")?;
+        if self.rows.is_empty() {
+            folder.remove(TABLE)?;
+            return folder.remove(COMPARISON_PAGE);
+        }
+        let means = means::means(self);
+        folder.write(TABLE, means::csv_text(&means).as_bytes())?;
+        let (counsel, originals) = (advice::counsel(self), originals::originals(self));
+        let (counsel, originals) = (&counsel, originals.as_ref());
+        let findings = Findings { comparison: self, counsel, means: &means, originals, study };
+        folder.write(COMPARISON_PAGE, page::compare::html(&findings, &figures).as_bytes())
     }
 
     /// The rows of a scene.

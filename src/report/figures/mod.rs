@@ -2,11 +2,12 @@
 
 mod axis;
 mod build_times;
-mod canvas;
-mod chart;
+pub(crate) mod canvas;
+pub(crate) mod chart;
+pub(crate) mod curves;
 mod extended;
 mod labels;
-mod legend;
+pub(crate) mod legend;
 mod loglog;
 mod marks;
 mod nodes;
@@ -17,6 +18,7 @@ mod why;
 
 use crate::report::cells::Study;
 use crate::report::comparison::Comparison;
+use crate::report::files::Folder;
 use crate::report::growth::Growth;
 use crate::report::growth::laws::Residual;
 use crate::report::page::compare::figure_name;
@@ -34,10 +36,36 @@ impl Figures {
         self.0.iter().map(|(name, rendered)| (name.as_str(), rendered.as_ref()))
     }
 
+    /// Writes them in both formats; what was not drawn goes, if an earlier report left it.
+    ///
+    /// # Errors
+    /// The file system's.
+    pub fn write(&self, folder: &mut Folder) -> Result<(), ReportError> {
+        for (name, rendered) in self.iter() {
+            for (ending, bytes) in [("svg", rendered.map(|r| r.svg.as_bytes())), ("png", rendered.map(|r| &r.png[..]))]
+            {
+                let file = format!("figures/{name}.{ending}");
+                match bytes {
+                    Some(bytes) => folder.write(&file, bytes)?,
+                    None => folder.remove(&file)?,
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// The one of this name, where it was drawn.
     pub fn get(&self, name: &str) -> Option<&Rendered> {
         self.iter().find(|(n, _)| *n == name).and_then(|(_, rendered)| rendered)
     }
+}
+
+/// Draws one figure that stands on a page of its own.
+///
+/// # Errors
+/// A drawing that fails.
+pub(crate) fn rendered(name: &str, drawing: &impl Drawing) -> Result<Rendered, ReportError> {
+    canvas::render(name, drawing)
 }
 
 /// Draws everything the rows allow. Figures of the headline preset are always drawn: they show the printed numbers at least.

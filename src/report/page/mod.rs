@@ -7,26 +7,31 @@ mod notes;
 mod provenance;
 mod tables;
 
+use crate::report::PRESETS;
 use crate::report::cells::Study;
 use crate::report::figures::Figures;
 use crate::report::summary::{Summary, Within};
-use crate::report::{COMPARISON_PAGE, PRESETS};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-/// The whole page as text; `comparison` says that the page of builders side by side stands beside it.
+/// The whole page as text.
+///
+/// `others` are the pages beside it: file and what it is about.
 pub(crate) fn html(
     study: &Study,
     summary: &Summary,
     figures: &Figures,
     fits: &growth::Fits,
-    comparison: bool,
+    others: &[(&str, &str)],
 ) -> String {
     let headline = PRESETS[0];
     let body = html! {
         h1 { "Bounding volume hierarchies by top-down and bottom-up construction" }
-        (introduction(comparison))
+        (introduction())
+        @if !others.is_empty() {
+            p { "Beside this page: " @for (i, (file, about)) in others.iter().enumerate() { @if i > 0 { ", " } a href=(file) { (about) } } "." }
+        }
         (headlines(summary))
         (figure3(figures))
         h2 id="build-times" { "Build times" }
@@ -60,7 +65,7 @@ pub(crate) fn html(
 }
 
 /// A self-contained HTML file.
-fn document(title: &str, body: &Markup) -> String {
+pub(crate) fn document(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -76,7 +81,7 @@ fn document(title: &str, body: &Markup) -> String {
     page.into_string()
 }
 
-fn introduction(comparison: bool) -> Markup {
+fn introduction() -> Markup {
     html! {
         p .lead {
             "A reproduction of Kevin Beick's thesis " em { "Analyzing Performance of Bounding Volume Hierarchies for Ray Tracing" }
@@ -86,7 +91,6 @@ fn introduction(comparison: bool) -> Markup {
         p .soft {
             "Preset " code { "published" } " does what the author's program did and is the headline; preset " code { "text" }
             " does what the thesis says in words. This page is drawn from rows of measurements and computes nothing but comparisons."
-            @if comparison { " Modern builders stand " a href=(COMPARISON_PAGE) { "on a page of their own" } "." }
         }
     }
 }
