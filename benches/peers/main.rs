@@ -21,7 +21,7 @@ use builds::Effort;
 use bvh_lab::geom::Ray;
 use bvh_lab::lab;
 use bvh_lab::scene::Scene;
-use bvh_lab::trace::{Batch, HitRecord, Kernel, Query, diffuse_rays, primary_rays, trace_batch};
+use bvh_lab::trace::{Batch, HitRecord, Kernel, Query, Tracer, diffuse_rays, primary_rays, trace_batch};
 use clap::{Parser, ValueEnum};
 use ours::Recipe;
 use rows::{BuildRow, Origin, TraceRow};
