@@ -7,7 +7,8 @@ use crate::lab::RAY_SEED;
 use crate::lab::leaf_counts::end_at_hits;
 use crate::scene::Scene;
 use crate::trace::{
-    Batch, HitRecord, Kernel, Query, TraceCounters, brute_force, count_batch, diffuse_rays, primary_rays, trace_batch,
+    Batch, HitRecord, Kernel, Query, TraceCounters, Tracer, brute_force, count_batch, diffuse_rays, primary_rays,
+    trace_batch,
 };
 use rayon::prelude::*;
 
@@ -59,7 +60,8 @@ impl Reference {
         }
         let answered = |rays: Vec<Ray>| {
             let mut expected = Vec::new();
-            trace_batch(&Batch { kernel, query: Query::Closest, bvh: &bvh, triangles, rays: &rays }, &mut expected);
+            let tracer = Tracer::new(kernel, &bvh, triangles);
+            trace_batch(&Batch { tracer: &tracer, query: Query::Closest, rays: &rays }, &mut expected);
             RaySet { rays, expected }
         };
         let (primary, diffuse) = (answered(primary), answered(diffuse));
@@ -74,7 +76,8 @@ impl Reference {
 fn thinned(rays: Vec<Ray>, bvh: &Bvh, triangles: &[Triangle], pass: f64) -> Vec<Ray> {
     const SAMPLE: usize = 256;
     let some: Vec<Ray> = rays.iter().copied().step_by(rays.len().div_ceil(SAMPLE).max(1)).collect();
-    let (_, work) = count_batch(&Batch { kernel: Kernel::Scalar, query: Query::Closest, bvh, triangles, rays: &some });
+    let tracer = Tracer::new(Kernel::Scalar, bvh, triangles);
+    let (_, work) = count_batch(&Batch { tracer: &tracer, query: Query::Closest, rays: &some });
     let a_ray = (work.box_tests + work.triangle_tests) as f64 / some.len().max(1) as f64;
     let step = (a_ray * rays.len() as f64 / pass).ceil().max(1.0) as usize;
     rays.into_iter().step_by(step).collect()
@@ -85,8 +88,8 @@ fn agrees_with_brute_force(bvh: &Bvh, triangles: &[Triangle], rays: &[Ray]) -> R
     let looked_at = (TESTS / triangles.len().max(1)).clamp(16, 512);
     let some: Vec<Ray> = rays.iter().copied().step_by(rays.len().div_ceil(looked_at).max(1)).collect();
     let mut found = Vec::new();
-    let batch = Batch { kernel: Kernel::Scalar, query: Query::Closest, bvh, triangles, rays: &some };
-    trace_batch(&batch, &mut found);
+    let tracer = Tracer::new(Kernel::Scalar, bvh, triangles);
+    trace_batch(&Batch { tracer: &tracer, query: Query::Closest, rays: &some }, &mut found);
     let by_force = |ray: &Ray| HitRecord::from(brute_force::<WatertightRay>(triangles, ray));
     let wrong = some.par_iter().zip(&found).filter(|(ray, hit)| by_force(ray) != **hit).count();
     match wrong {
@@ -97,15 +100,15 @@ fn agrees_with_brute_force(bvh: &Bvh, triangles: &[Triangle], rays: &[Ray]) -> R
 
 impl RaySet {
     /// Traces and counts. The second is the number of rays whose answer is not the expected one.
-    pub fn count(&self, kernel: Kernel, bvh: &Bvh, triangles: &[Triangle]) -> (TraceCounters, usize) {
-        let (hits, work) = count_batch(&self.batch(kernel, bvh, triangles));
+    pub fn count(&self, tracer: &Tracer) -> (TraceCounters, usize) {
+        let (hits, work) = count_batch(&self.batch(tracer));
         let wrong = hits.iter().zip(&self.expected).filter(|(found, expected)| found != expected).count();
         (work, wrong)
     }
 
     /// What is to be timed.
-    pub fn batch<'a>(&'a self, kernel: Kernel, bvh: &'a Bvh, triangles: &'a [Triangle]) -> Batch<'a> {
-        Batch { kernel, query: Query::Closest, bvh, triangles, rays: &self.rays }
+    pub fn batch<'a>(&'a self, tracer: &'a Tracer<'a>) -> Batch<'a> {
+        Batch { tracer, query: Query::Closest, rays: &self.rays }
     }
 }
 
@@ -122,10 +125,9 @@ mod tests {
         let options = BuildOptions::default();
         let boxes = scene.boxes();
         let bvh = (find(BUILDER).unwrap().timed)(Input::of_boxes(&boxes), &options, &mut Default::default()).unwrap();
+        let tracer = Tracer::new(Kernel::Scalar, &bvh, &scene.triangles);
         let work = |rays: &[Ray]| {
-            let batch =
-                Batch { kernel: Kernel::Scalar, query: Query::Closest, bvh: &bvh, triangles: &scene.triangles, rays };
-            let (_, work) = count_batch(&batch);
+            let (_, work) = count_batch(&Batch { tracer: &tracer, query: Query::Closest, rays });
             (work.box_tests + work.triangle_tests) as f64
         };
         let all = work(&rays);
