@@ -1,4 +1,5 @@
-//! The laboratory's own builders, by recipe: `BUILDER[+STEP…]` as on the command line.
+//! The laboratory's own builders, by recipe: `BUILDER[:NUMBER][+STEP…]`, builder and steps as on the command line, the number
+//! that of its `--radius` or `--bins`.
 
 use crate::subject::{Built, Prepared, Subject};
 use crate::tree::PeerTree;
@@ -15,6 +16,9 @@ const KERNELS: [&str; 5] = ["scalar", "bvh4", "bvh8", "bvh4-fast", "bvh8-fast"];
 /// Builders whose refined trees are measured by default, each with every step there is.
 const REFINED: [&str; 3] = ["ploc", "binned-sah", "sbvh"];
 
+/// Settings other than the default that are measured by default.
+const NUMBERED: [(&str, &[usize]); 1] = [("ploc", &[1, 2, 4, 16])];
+
 /// A builder with its options.
 #[derive(Clone, Debug)]
 pub struct Recipe {
@@ -27,9 +31,14 @@ impl std::str::FromStr for Recipe {
     type Err = String;
 
     fn from_str(word: &str) -> Result<Self, String> {
-        let (id, steps) = word.split_once('+').unwrap_or((word, ""));
+        let (builder, steps) = word.split_once('+').unwrap_or((word, ""));
+        let (id, number) = builder.split_once(':').map_or((builder, None), |(id, number)| (id, Some(number)));
+        let number = number.map(|n| n.parse().map_err(|_| format!("{word}: {n} is not a number"))).transpose()?;
         let builder = build::find(id).ok_or_else(|| format!("there is no builder {id}"))?;
+        let takes_radius = builder.parameters.contains(&Parameter::Radius);
         let options = BuildOptions {
+            radius: number.filter(|_| takes_radius),
+            bins: number.filter(|_| !takes_radius),
             refine: steps.parse()?,
             preset: builder.presets.first().copied().unwrap_or(BuildOptions::default().preset),
             ..BuildOptions::default()
@@ -41,13 +50,14 @@ impl std::str::FromStr for Recipe {
 
 /// All modern builders there are, and some with refinement: the list grows with the registers.
 pub fn default_recipes() -> Vec<String> {
-    let modern = build::BUILDERS.iter().filter(|b| b.presets.is_empty());
+    let modern = build::BUILDERS.iter().filter(|b| b.presets.is_empty()).map(|b| b.id.to_owned());
+    let set = NUMBERED.iter().flat_map(|(id, numbers)| numbers.iter().map(move |n| format!("{id}:{n}")));
     let steps: Vec<_> = STEPS.iter().map(|s| s.id).filter(|&id| id != "leaves").collect();
     let refined = build::BUILDERS
         .iter()
         .filter(|b| REFINED.contains(&b.id) && b.parameters.contains(&Parameter::Refine))
         .flat_map(|b| steps.iter().map(|step| format!("{}+{step}", b.id)));
-    modern.map(|b| b.id.to_owned()).chain(refined).collect()
+    modern.chain(set).chain(refined).collect()
 }
 
 impl Recipe {

@@ -2,7 +2,7 @@
 
 use super::at_each_level;
 use crate::build::{BuildError, check_boxes};
-use crate::geom::Aabb;
+use crate::geom::{Aabb, lower, upper};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
@@ -60,21 +60,33 @@ fn twice_centre(aabb: &Aabb) -> [f64; 3] {
 
 #[inline(always)]
 fn extremes_body(boxes: &[Aabb]) -> Extremes {
-    let (mut min, mut max) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    let mut ordered = true;
-    for aabb in boxes {
-        let (from, to, centre) = (aabb.min.to_array(), aabb.max.to_array(), twice_centre(aabb));
+    let (mut min, mut max) = ([[f32::INFINITY; LANES]; 3], [[f32::NEG_INFINITY; LANES]; 3]);
+    let (mut low, mut high) = ([[f64::INFINITY; LANES]; 3], [[f64::NEG_INFINITY; LANES]; 3]);
+    let mut ordered = [true; LANES];
+    for boxes in boxes.chunks(LANES) {
+        // The last boxes are looked at several times.
+        let boxes: [&Aabb; LANES] = std::array::from_fn(|lane| &boxes[lane.min(boxes.len() - 1)]);
         for axis in 0..3 {
-            ordered &= from[axis] <= to[axis];
-            min[axis] = if from[axis] < min[axis] { from[axis] } else { min[axis] };
-            max[axis] = if to[axis] > max[axis] { to[axis] } else { max[axis] };
-            low[axis] = if centre[axis] < low[axis] { centre[axis] } else { low[axis] };
-            high[axis] = if centre[axis] > high[axis] { centre[axis] } else { high[axis] };
+            let (from, to) = (boxes.map(|b| b.min[axis]), boxes.map(|b| b.max[axis]));
+            for lane in 0..LANES {
+                let twice = f64::from(from[lane]) + f64::from(to[lane]);
+                ordered[lane] &= from[lane] <= to[lane];
+                min[axis][lane] = lower(min[axis][lane], from[lane]);
+                max[axis][lane] = upper(max[axis][lane], to[lane]);
+                low[axis][lane] = if twice < low[axis][lane] { twice } else { low[axis][lane] };
+                high[axis][lane] = if twice > high[axis][lane] { twice } else { high[axis][lane] };
+            }
         }
     }
-    let around = Aabb::new(Vec3::from(min), Vec3::from(max));
-    Extremes { around, low: DVec3::from(low), high: DVec3::from(high), ordered }
+    Extremes {
+        around: Aabb::new(
+            Vec3::from(min.map(|lanes| lanes.into_iter().fold(f32::INFINITY, lower))),
+            Vec3::from(max.map(|lanes| lanes.into_iter().fold(f32::NEG_INFINITY, upper))),
+        ),
+        low: DVec3::from(low.map(|lanes| lanes.into_iter().fold(f64::INFINITY, f64::min))),
+        high: DVec3::from(high.map(|lanes| lanes.into_iter().fold(f64::NEG_INFINITY, f64::max))),
+        ordered: ordered == [true; LANES],
+    }
 }
 
 at_each_level! {

@@ -1,7 +1,7 @@
 //! What has merged with what, and what a merge knows about the tree below it.
 
 use super::clusters::Cluster;
-use crate::geom::Aabb;
+use crate::geom::{Aabb, area_of_extent};
 use std::mem::MaybeUninit;
 
 /// Two clusters that became one. Names below the number of triangles are triangles, the others merges.
@@ -15,12 +15,15 @@ pub(super) struct Merge {
 /// What is below a cluster.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Below {
-    /// The least cost, times the area of the root; of use only where there are few enough triangles for a leaf.
+    /// The least cost, times the area of the root; of a merge, and of use only where there are few enough triangles for a leaf.
     cost: f64,
     pub triangles: u32,
     /// Leaves of the cheapest tree; 1 where the cluster is a leaf itself.
     pub leaves: u32,
 }
+
+/// What is below a triangle; its cost is the area of its box.
+const TRIANGLE: Below = Below { cost: 0.0, triangles: 1, leaves: 1 };
 
 /// All merges, in the order of rounds and places.
 #[derive(Debug)]
@@ -28,6 +31,7 @@ pub(super) struct Merges {
     triangles: usize,
     max_leaf: usize,
     merges: Vec<Merge>,
+    /// Of merges, behind what stands for all triangles.
     below: Vec<Below>,
 }
 
@@ -67,28 +71,24 @@ pub(super) struct Known<'a> {
 impl Known<'_> {
     #[inline(always)]
     fn below(&self, cluster: &Cluster) -> Below {
-        match (cluster.name as usize).checked_sub(self.triangles) {
-            Some(merge) => self.below[merge],
-            None => Below { cost: cluster.aabb().surface_area(), triangles: 1, leaves: 1 },
-        }
+        let below = self.below[(cluster.name as usize + 1).saturating_sub(self.triangles)];
+        let area = area_of_extent(cluster.aabb().extent());
+        Below { cost: if (cluster.name as usize) < self.triangles { area } else { below.cost }, ..below }
     }
 
-    /// Writes the merge of two clusters, and returns the new one.
+    /// Writes the merge of two clusters, and returns the new one. No branch depends on them: whether clusters are triangles and
+    /// leaves close cannot be guessed.
     #[inline(always)]
     pub fn merge(&self, coming: &mut Coming, index: usize, clusters: [&Cluster; 2]) -> Cluster {
         let merged = clusters[0].with(clusters[1], coming.first + index as u32);
         let merge = Merge { aabb: merged.aabb(), left: clusters[0].name, right: clusters[1].name };
         let (left, right) = (self.below(clusters[0]), self.below(clusters[1]));
         let triangles = left.triangles + right.triangles;
-        let (mut cost, mut leaves) = (0.0, left.leaves + right.leaves);
-        if triangles as usize <= self.max_leaf {
-            let area = merge.aabb.surface_area();
-            let closed = area * f64::from(triangles);
-            cost = area + (left.cost + right.cost);
-            if closed <= cost {
-                (cost, leaves) = (closed, 1);
-            }
-        }
+        let area = area_of_extent(merge.aabb.extent());
+        let (closed, open) = (area * f64::from(triangles), area + (left.cost + right.cost));
+        let closes = (triangles as usize <= self.max_leaf) & (closed <= open);
+        let cost = if closes { closed } else { open };
+        let leaves = if closes { 1 } else { left.leaves + right.leaves };
         coming.merges[index].write(merge);
         coming.below[index].write(Below { cost, triangles, leaves });
         merged
@@ -97,8 +97,9 @@ impl Known<'_> {
 
 impl Merges {
     pub fn new(triangles: usize, max_leaf: usize) -> Self {
-        let all = triangles - 1;
-        Self { triangles, max_leaf, merges: Vec::with_capacity(all), below: Vec::with_capacity(all) }
+        let mut below = Vec::with_capacity(triangles);
+        below.push(TRIANGLE);
+        Self { triangles, max_leaf, merges: Vec::with_capacity(triangles - 1), below }
     }
 
     /// Makes `n` merges, all of which `write` writes.
@@ -124,7 +125,7 @@ impl Merges {
     #[inline(always)]
     pub fn get(&self, name: u32) -> Option<(&Merge, &Below)> {
         let merge = (name as usize).checked_sub(self.triangles)?;
-        Some((&self.merges[merge], &self.below[merge]))
+        Some((&self.merges[merge], &self.below[merge + 1]))
     }
 }
 

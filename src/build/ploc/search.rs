@@ -57,8 +57,9 @@ impl Search {
         Self { radius, scale, simd }
     }
 
-    /// Writes the index of the nearest neighbour of each cluster. There are at least two. Returns how many pairs there are.
-    pub fn nearest(&self, clusters: &[Cluster], nearest: &mut Vec<u32>) -> u64 {
+    /// Writes how many steps it is to the nearest neighbour of each cluster, negative if it stands before. There are at least two.
+    /// Returns how many pairs there are.
+    pub fn nearest(&self, clusters: &[Cluster], nearest: &mut Vec<i16>) -> u64 {
         nearest.clear();
         nearest.resize(clusters.len(), 0);
         let tasks: Vec<_> = nearest.chunks_mut(CHUNK).zip((0..).step_by(CHUNK)).collect();
@@ -72,11 +73,11 @@ impl Search {
 }
 
 at_each_level! {
-    fn nearest_f32(clusters: &[Cluster], first: usize, radius: usize, scale: f32, out: &mut [u32]) = nearest_body
+    fn nearest_f32(clusters: &[Cluster], first: usize, radius: usize, scale: f32, out: &mut [i16]) = nearest_body
 }
 
 at_each_level! {
-    fn nearest_f64(clusters: &[Cluster], first: usize, radius: usize, scale: f64, out: &mut [u32]) = nearest_body
+    fn nearest_f64(clusters: &[Cluster], first: usize, radius: usize, scale: f64, out: &mut [i16]) = nearest_body
 }
 
 /// Boxes of a tile and of what its clusters have in reach, one array a coordinate.
@@ -136,7 +137,7 @@ fn extent<T: Real>(low: [f32; 2], high: [f32; 2]) -> T {
 /// A tile stands behind as much as it has in reach before it. Row `k - 1` holds the distance from each of these clusters to the
 /// k-th behind it.
 #[inline(always)]
-fn nearest_body<T: Real>(clusters: &[Cluster], first: usize, radius: usize, scale: T, out: &mut [u32]) {
+fn nearest_body<T: Real>(clusters: &[Cluster], first: usize, radius: usize, scale: T, out: &mut [i16]) {
     let head = radius.next_multiple_of(LANES);
     let length = head + TILE;
     let mut rows = vec![T::INFINITE; radius * length];
@@ -160,10 +161,7 @@ fn nearest_body<T: Real>(clusters: &[Cluster], first: usize, radius: usize, scal
         }
         for (block, out) in out.chunks_mut(LANES).enumerate() {
             let chosen = choose(&rows, length, &window, head + block * LANES);
-            let first = (start + block * LANES) as u32;
-            for (own, (to, steps)) in (first..).zip(out.iter_mut().zip(chosen)) {
-                *to = own.wrapping_add_signed(steps);
-            }
+            out.iter_mut().zip(chosen).for_each(|(to, steps)| *to = steps as i16);
         }
     }
 }

@@ -68,13 +68,15 @@ pub(super) fn rounds(
     merges: &mut Merges,
     mut go_on: impl FnMut(u64) -> bool,
 ) -> Effort {
-    let mut nearest = Vec::new();
-    let mut effort = Effort { rounds: 0, pairs: search.nearest(clusters, &mut nearest) };
+    let mut found = Vec::new();
+    let mut effort = Effort { rounds: 0, pairs: search.nearest(clusters, &mut found) };
+    let mut nearest: Vec<u32> =
+        (0u32..).zip(&found).map(|(own, &steps)| own.wrapping_add_signed(steps.into())).collect();
     let mut live = clusters.len();
     let mut row = Row::new(clusters);
     // Who has searched since the last round.
     let mut searched: Vec<u32> = (0..row.end()).collect();
-    let (mut stretch, mut places, mut found) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut stretch, mut places) = (Vec::new(), Vec::new());
     while live > 1 {
         let chosen = |&place: &u32| {
             let other = nearest[place as usize];
@@ -106,7 +108,7 @@ pub(super) fn rounds(
             stretch.extend(places.iter().map(|&place| row.clusters[place as usize]));
             effort.pairs += search.nearest(&stretch, &mut found);
             for at in first..last {
-                nearest[places[at] as usize] = places[found[at] as usize];
+                nearest[places[at] as usize] = places[at.wrapping_add_signed(found[at].into())];
             }
             searched.extend_from_slice(&places[first..last]);
         }
