@@ -8,7 +8,9 @@ use bvh_lab::bvh::{Bvh, Limits, tree_hash, validate};
 use bvh_lab::geom::{Aabb, WatertightRay};
 use bvh_lab::refine::collapse;
 use bvh_lab::scene::Scene;
-use bvh_lab::trace::{Batch, FirstLeafOptions, Kernel, Query, brute_force, count_batch, primary_rays, trace_batch};
+use bvh_lab::trace::{
+    Batch, FirstLeafOptions, Kernel, Query, Tracer, brute_force, count_batch, primary_rays, trace_batch,
+};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
 
@@ -78,7 +80,8 @@ fn traces(criterion: &mut Criterion) {
     // One thread: what is compared is kernels, not schedulers.
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool of one thread");
     for (id, kernel) in [("scalar", Kernel::Scalar), ("first-leaf", Kernel::FirstLeaf(FirstLeafOptions::default()))] {
-        let batch = Batch { kernel, query: Query::Closest, bvh: &bvh, triangles: &scene.triangles, rays: &rays };
+        let tracer = Tracer::new(kernel, &bvh, &scene.triangles);
+        let batch = Batch { tracer: &tracer, query: Query::Closest, rays: &rays };
         let (expected, _) = count_batch(&batch);
         for (ray, found) in rays.iter().zip(&expected).step_by(CHECKED).filter(|_| kernel.is_exact()) {
             let closest = brute_force::<WatertightRay>(&scene.triangles, ray);

@@ -13,7 +13,7 @@ use bvh_lab::cost::{SahParams, sah};
 use bvh_lab::geom::{Aabb, Ray};
 use bvh_lab::refine::collapse_optimally;
 use bvh_lab::scene::Scene;
-use bvh_lab::trace::{Batch, Kernel, Query, count_batch, diffuse_rays, primary_rays};
+use bvh_lab::trace::{Batch, Kernel, Query, Tracer, count_batch, diffuse_rays, primary_rays};
 use std::time::Instant;
 
 const ARITIES: [usize; 3] = [2, 4, 8];
@@ -70,10 +70,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     let primary = primary_rays(&scene.camera, 256, 256);
                     rays = diffuse_rays(&bvh, &scene.triangles, &primary, 1);
                 }
-                let kernel = Kernel::Scalar;
-                let batch =
-                    Batch { kernel, query: Query::Closest, bvh: &bvh, triangles: &scene.triangles, rays: &rays };
-                let (_, work) = count_batch(&batch);
+                let tracer = Tracer::new(Kernel::Scalar, &bvh, &scene.triangles);
+                let (_, work) = count_batch(&Batch { tracer: &tracer, query: Query::Closest, rays: &rays });
                 let per_ray = |n: u64| n as f64 / rays.len() as f64;
                 println!(
                     "| {way} | {arity} | {:.2} | {:.1} | {:.1} | {:.2} | {ms:.0} |",

@@ -8,7 +8,7 @@ use bvh_lab::build::{BUILDERS, BuildOptions, Builder, Counters, Engine, Input, P
 use bvh_lab::bvh::{Bvh, tree_hash};
 use bvh_lab::refine::{Collapse, STEPS};
 use bvh_lab::scene::Scene;
-use bvh_lab::trace::{Batch, KERNELS, Query, count_batch, diffuse_rays, primary_rays, shadow_rays};
+use bvh_lab::trace::{Batch, KERNELS, Query, Tracer, count_batch, diffuse_rays, primary_rays, shadow_rays};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -74,7 +74,8 @@ fn traces(lines: &mut String, scene: &Scene) {
         ];
         for info in KERNELS {
             for (kind, query, rays) in sets {
-                let batch = Batch { kernel: info.kernel, query, bvh: &bvh, triangles: &scene.triangles, rays };
+                let tracer = Tracer::new(info.kernel, &bvh, &scene.triangles);
+                let batch = Batch { tracer: &tracer, query, rays };
                 let (hits, work) = count_batch(&batch);
                 writeln!(
                     lines,

@@ -4,7 +4,7 @@ use crate::subject::Subject;
 use bvh_lab::build::{BuildOptions, find};
 use bvh_lab::geom::WatertightRay;
 use bvh_lab::trace::{
-    Batch, KERNELS, Kernel, Query, brute_force, count_batch, diffuse_rays, primary_rays, shadow_rays, trace_batch,
+    Batch, KERNELS, Query, Tracer, brute_force, count_batch, diffuse_rays, primary_rays, shadow_rays, trace_batch,
 };
 use criterion::{BenchmarkId, Criterion, Throughput};
 use std::hint::black_box;
@@ -37,11 +37,12 @@ pub fn group(criterion: &mut Criterion) {
             for (kind, query, rays) in sets {
                 group.throughput(Throughput::Elements(rays.len() as u64));
                 for info in KERNELS {
-                    let batch = Batch { kernel: info.kernel, query, bvh: &bvh, triangles, rays };
+                    let tracer = Tracer::new(info.kernel, &bvh, triangles);
+                    let batch = Batch { tracer: &tracer, query, rays };
                     let id = BenchmarkId::new(format!("{} k={arity} {kind}", info.id), name);
                     group.bench_function(id, |bencher| {
                         let (expected, _) = count_batch(&batch);
-                        let watertight = info.kernel == Kernel::Scalar;
+                        let watertight = info.kernel.is_exact();
                         for (ray, found) in rays.iter().zip(&expected).step_by(CHECKED).filter(|_| watertight) {
                             let closest = brute_force::<WatertightRay>(triangles, ray);
                             assert_eq!(found.is_hit(), closest.is_some(), "{}", info.id);

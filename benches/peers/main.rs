@@ -21,7 +21,7 @@ use builds::Effort;
 use bvh_lab::geom::Ray;
 use bvh_lab::lab;
 use bvh_lab::scene::Scene;
-use bvh_lab::trace::{Batch, HitRecord, Kernel, Query, diffuse_rays, primary_rays, trace_batch};
+use bvh_lab::trace::{Batch, HitRecord, Kernel, Query, Tracer, diffuse_rays, primary_rays, trace_batch};
 use clap::{Parser, ValueEnum};
 use ours::Recipe;
 use rows::{BuildRow, Origin, TraceRow};
@@ -170,14 +170,8 @@ fn ray_sets(scene: &Scene) -> Result<Vec<RaySet>, String> {
     let diffuse = unit(diffuse_rays(&bvh, &scene.triangles, &primary, SEED));
     let answered = |(name, rays): (&'static str, Vec<Ray>)| {
         let mut expected = vec![HitRecord::MISS; rays.len()];
-        let batch = Batch {
-            kernel: Kernel::Scalar,
-            query: Query::Closest,
-            bvh: &bvh,
-            triangles: &scene.triangles,
-            rays: &rays,
-        };
-        trace_batch(&batch, &mut expected);
+        let tracer = Tracer::new(Kernel::Scalar, &bvh, &scene.triangles);
+        trace_batch(&Batch { tracer: &tracer, query: Query::Closest, rays: &rays }, &mut expected);
         RaySet { name, rays, expected }
     };
     Ok([("primary", primary), ("diffuse", diffuse)].into_iter().map(answered).collect())

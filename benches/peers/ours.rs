@@ -7,10 +7,10 @@ use bvh_lab::bvh::Bvh;
 use bvh_lab::geom::{Aabb, Ray, Triangle};
 use bvh_lab::lab;
 use bvh_lab::refine::STEPS;
-use bvh_lab::trace::{HitRecord, Kernel, Query, Scratch};
+use bvh_lab::trace::{HitRecord, Kernel, Query, Scratch, Tracer};
 
 /// Kernels that are traced with, by id.
-const KERNELS: [&str; 2] = ["scalar", "scalar-fast"];
+const KERNELS: [&str; 5] = ["scalar", "bvh4", "bvh8", "bvh4-fast", "bvh8-fast"];
 
 /// Builders whose refined trees are measured by default, each with every step there is.
 const REFINED: [&str; 3] = ["ploc", "binned-sah", "sbvh"];
@@ -115,10 +115,17 @@ impl Built for OurTree<'_> {
     }
 
     fn trace(&self, traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
+        self.tracer(traversal)(rays, hits);
+    }
+
+    fn tracer(&self, traversal: usize) -> Box<dyn Fn(&[Ray], &mut [HitRecord]) + '_> {
         let kernel = Kernel::from_id(KERNELS[traversal]).expect("kernels named here are registered");
-        let mut scratch = Scratch::default();
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = kernel.trace(Query::Closest, &self.bvh, self.triangles, ray, &mut scratch, &mut ()).into();
-        }
+        let tracer = Tracer::new(kernel, &self.bvh, self.triangles);
+        Box::new(move |rays, hits| {
+            let mut scratch = Scratch::default();
+            for (ray, hit) in rays.iter().zip(hits) {
+                *hit = tracer.trace(Query::Closest, ray, &mut scratch, &mut ()).into();
+            }
+        })
     }
 }

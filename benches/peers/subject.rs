@@ -61,4 +61,9 @@ pub trait Built {
 
     /// The closest hit of every ray, by the traversal of this index, on the calling thread.
     fn trace(&self, _traversal: usize, _rays: &[Ray], _hits: &mut [HitRecord]) {}
+
+    /// The same, with everything that does not depend on rays done beforehand: not timed, as a library's own layouts are not.
+    fn tracer(&self, traversal: usize) -> Box<dyn Fn(&[Ray], &mut [HitRecord]) + '_> {
+        Box::new(move |rays, hits| self.trace(traversal, rays, hits))
+    }
 }

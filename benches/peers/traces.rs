@@ -71,11 +71,12 @@ pub fn measure(scene: &Scene, sets: &[RaySet], subjects: &[&dyn Subject], effort
         }
         trees.push(tree);
     }
+    let tracers: Vec<_> = runners.iter().map(|r| trees[r.tree].tracer(r.traversal)).collect();
     for _ in 0..effort.repeats {
-        for runner in runners.iter_mut().filter(|r| r.spent < effort.enough) {
+        for (runner, trace) in runners.iter_mut().zip(&tracers).filter(|(r, _)| r.spent < effort.enough) {
             hits.resize(runner.set.rays.len(), HitRecord::MISS);
             let start = Instant::now();
-            trees[runner.tree].trace(runner.traversal, &runner.set.rays, &mut hits);
+            trace(&runner.set.rays, &mut hits);
             let took = start.elapsed();
             runner.seconds.push(took.as_secs_f64());
             runner.spent += took;

@@ -26,5 +26,5 @@ pub fn run(a: &AccuracyArguments) -> Outcome {
         StudyError::Scene(e) => Failure::from(e),
         other => wrong(other),
     })?;
-    finish(&rows, &a.out, "accuracy.html")
+    finish(&rows, &a.out)
 }

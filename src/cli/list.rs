@@ -111,6 +111,11 @@ fn experiments() -> Vec<Entry> {
             "time and work against size and arity; why the original builds grew as they did",
         ),
         entry(
+            "compare --out DIR",
+            "rows of this program",
+            "builders side by side on your scenes: cost against build time, means, the price of the originals, advice",
+        ),
+        entry(
             "accuracy",
             "this laboratory",
             "what accuracy costs in time: planes, bins, neighbours, triangle tests, bits of stored boxes",

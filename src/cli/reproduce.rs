@@ -30,12 +30,12 @@ pub fn run(a: &ReproduceArguments) -> Outcome {
     if a.only.is_empty() || a.only.contains(&Item::Figure(3)) {
         figure3(&rows).map_err(wrong)?;
     }
-    finish(&rows, &a.out, "index.html")
+    finish(&rows, &a.out)
 }
 
 /// Runs `report`.
 pub fn report(a: &ReportArguments) -> Outcome {
-    finish(&a.rows, &a.out, "index.html")
+    finish(&a.rows, &a.out)
 }
 
 /// Rows are on disk as they finish, so an interruption loses one cell; it ends with a line that says so.
@@ -48,10 +48,12 @@ pub(super) fn keep_rows_when_interrupted(out: &std::path::Path) -> Outcome {
     ctrlc::set_handler(interrupted).map_err(wrong)
 }
 
-/// Draws the report and names the page that the command is about.
-pub(super) fn finish(rows: &std::path::Path, out: &std::path::Path, page: &str) -> Outcome {
+/// Draws the report and names its pages.
+pub(super) fn finish(rows: &std::path::Path, out: &std::path::Path) -> Outcome {
     let summary = report::write(rows, out).map_err(wrong)?;
-    say(&format!("{summary}\n{}", out.join(page).display()))?;
+    let pages = summary.files.iter().filter(|f| f.extension().is_some_and(|e| e == "html"));
+    let pages: String = pages.map(|page| format!("\n{}", page.display())).collect();
+    say(&format!("{summary}{pages}"))?;
     match summary.error_rows {
         0 => Ok(()),
         n => Err(wrong(format!(

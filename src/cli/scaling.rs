@@ -40,5 +40,5 @@ pub fn run(a: &ScalingArguments) -> Outcome {
         StudyError::Scene(e) => Failure::from(e),
         other => wrong(other),
     })?;
-    finish(&rows, &a.out, "index.html")
+    finish(&rows, &a.out)
 }

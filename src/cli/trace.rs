@@ -12,7 +12,8 @@ use bvh_lab::lab::{RAY_SEED, Repeats, repeat};
 use bvh_lab::rows::Spread;
 use bvh_lab::scene::Scene;
 use bvh_lab::trace::{
-    Batch, Query, count_batch, diffuse_rays, hit_hash, primary_rays, read_rays, shadow_rays, trace_batch, write_hits,
+    Batch, Query, Tracer, count_batch, diffuse_rays, hit_hash, primary_rays, read_rays, shadow_rays, trace_batch,
+    write_hits,
 };
 use serde::Serialize;
 
@@ -32,6 +33,10 @@ struct TraceReport {
     tree_hash: String,
     threads: usize,
     kernel: String,
+    /// Laying the tree out as the kernel wants it.
+    prepare_ms: f64,
+    /// Of what the kernel walks: its own layout with triangles, or the tree without them.
+    kernel_bytes: usize,
     rays: usize,
     /// Rays with NaN, infinity, no direction or an empty interval: documented misses.
     untraceable_rays: usize,
@@ -129,7 +134,10 @@ pub fn run(a: &TraceArguments) -> Outcome {
         );
     }
     let query = if a.rays == RayWord::Any { Query::Any } else { Query::Closest };
-    let batch = Batch { kernel, query, bvh: &bvh, triangles: &scene.triangles, rays: &rays };
+    let begin = std::time::Instant::now();
+    let tracer = Tracer::new(kernel, &bvh, &scene.triangles);
+    let prepare_ms = begin.elapsed().as_secs_f64() * 1e3;
+    let batch = Batch { tracer: &tracer, query, rays: &rays };
     let measured = measure(&batch, &repeats(&a.run))?;
     if let Some(path) = &a.hits_out {
         let (hits, _) = count_batch(&batch);
@@ -148,6 +156,8 @@ pub fn run(a: &TraceArguments) -> Outcome {
         tree_hash: tree_hash(&bvh).to_string(),
         threads: rayon::current_num_threads(),
         kernel: a.kernel.0.clone(),
+        prepare_ms,
+        kernel_bytes: tracer.bytes(),
         rays: rays.len(),
         untraceable_rays: untraceable,
         ray_kind: if a.rays_file.is_some() { "file" } else { a.rays.id() },

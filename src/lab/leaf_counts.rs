@@ -3,7 +3,7 @@
 use crate::bvh::Bvh;
 use crate::geom::Ray;
 use crate::scene::Scene;
-use crate::trace::{Batch, HitRecord, Kernel, Query, diffuse_rays, primary_rays, trace_batch};
+use crate::trace::{Batch, HitRecord, Kernel, Query, Tracer, diffuse_rays, primary_rays, trace_batch};
 
 /// Seed of the rays that are drawn by chance, wherever the laboratory draws some for a scene: the same ones every time.
 pub const RAY_SEED: u64 = 1;
@@ -21,8 +21,8 @@ pub fn leaf_count_rays(scene: &Scene, bvh: &Bvh) -> Vec<Ray> {
     let primary = primary_rays(&scene.camera, SIZE.0, SIZE.1);
     let mut rays = diffuse_rays(bvh, &scene.triangles, &primary, RAY_SEED);
     let mut hits = Vec::new();
-    let query = Query::Closest;
-    trace_batch(&Batch { kernel: Kernel::Scalar, query, bvh, triangles: &scene.triangles, rays: &rays }, &mut hits);
+    let tracer = Tracer::new(Kernel::Scalar, bvh, &scene.triangles);
+    trace_batch(&Batch { tracer: &tracer, query: Query::Closest, rays: &rays }, &mut hits);
     for (ray, hit) in rays.iter_mut().zip(&hits).filter(|(_, hit)| hit.is_hit()) {
         ray.t_max = beyond(hit);
     }

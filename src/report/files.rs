@@ -43,6 +43,26 @@ impl Folder {
         }
     }
 
+    /// Removes the files of the folder `dir` whose names begin with `prefix` and that have not been written now.
+    ///
+    /// # Errors
+    /// The file system's.
+    pub fn remove_others(&self, dir: &str, prefix: &str) -> Result<(), ReportError> {
+        let path = self.root.join(dir);
+        let entries = match fs::read_dir(&path) {
+            Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+            entries => entries.map_err(|e| ReportError::io("read", &path, e))?,
+        };
+        for entry in entries {
+            let entry = entry.map_err(|e| ReportError::io("read", &path, e))?;
+            let name = entry.file_name();
+            if name.to_string_lossy().starts_with(prefix) && !self.written.contains(&path.join(&name)) {
+                self.remove(&format!("{dir}/{}", name.to_string_lossy()))?;
+            }
+        }
+        Ok(())
+    }
+
     /// What has been written, in order.
     pub fn into_written(self) -> Vec<PathBuf> {
         self.written

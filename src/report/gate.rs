@@ -222,7 +222,9 @@ impl Bound {
             true => (then * (1.0 + self.percent / 100.0), "above"),
             false => (then * (1.0 - self.percent / 100.0), "below"),
         };
-        let beyond = if self.above { now > limit } else { now < limit };
+        /// What rounding does to a limit is no violation.
+        const ROUNDING: f64 = 1e-12;
+        let beyond = if self.above { now > limit * (1.0 + ROUNDING) } else { now < limit * (1.0 - ROUNDING) };
         if !beyond {
             return None;
         }

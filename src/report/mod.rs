@@ -1,10 +1,11 @@
 //! Tables, figures and a page: reads rows, imports nothing else of this crate.
 //!
 //! [`write()`] turns the rows of a study (`rows/builds.csv`, `rows/traces.csv`, `rows/decisions.csv`, `rows/figure3.png`) into `tables/`, `figures/` and
-//! `index.html`. The same rows give the same bytes. [`printed`] holds the thesis' own numbers.
+//! `index.html`, those of a comparison (`rows/compare.csv`) into `compare.html`, and those about accuracy (`rows/accuracy.csv`) into `accuracy.html`. The same rows give the same bytes. [`printed`] holds the thesis' own numbers.
 
 mod accuracy;
 mod cells;
+mod comparison;
 mod decisions;
 mod figures;
 mod files;
@@ -19,12 +20,19 @@ mod tables;
 
 pub use summary::{CLOSE, Counts, Summary, Within};
 
-use crate::rows::{AccuracyRow, BuildRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
+use crate::rows::{AccuracyRow, BuildRow, CompareRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
 use accuracy::Accuracy;
 use cells::Study;
+use comparison::{Comparison, advice};
 use files::Folder;
 use growth::{Growth, exponents, laws};
 use std::path::{Path, PathBuf};
+
+/// The page of builders side by side.
+pub const COMPARISON_PAGE: &str = "compare.html";
+
+/// The page of the study.
+pub const STUDY_PAGE: &str = "index.html";
 
 /// The presets that are reported: what the thesis' program did, and what its words say. The first is the headline.
 const PRESETS: [&str; 2] = ["published", "text"];
@@ -82,7 +90,7 @@ impl ReportError {
     }
 }
 
-/// Draws every table, figure and the page of the rows in `rows_dir` into `out_dir` (made if absent).
+/// Draws every table, figure and page of the rows in `rows_dir` into `out_dir` (made if absent).
 ///
 /// # Errors
 /// No rows; rows that are malformed, double, or of more than one program; an unreadable picture; the file system's.
@@ -94,13 +102,36 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         decisions: read::<DecisionRow>(rows_dir)?,
     };
     let growth = Growth::read(rows_dir, &study.builds)?;
-    let accuracy = Accuracy::read(rows_dir)?;
-    check_origin(rows_dir, &study, &growth, &accuracy)?;
+    let (accuracy, comparison) = (Accuracy::read(rows_dir)?, Comparison::read(rows_dir)?);
+    check_origin(rows_dir, &study, &growth, &accuracy, &comparison)?;
     let mut summary = Summary::of(&study);
-    summary.error_rows += growth.errors() + accuracy.errors();
+    summary.error_rows += growth.errors() + accuracy.errors() + comparison.errors();
+    summary.study_rows =
+        study.builds.len() + study.traces.len() + study.decisions.len() + growth.scaling.len() + growth.work.len();
+    (summary.accuracy_rows, summary.comparison_rows) = (accuracy.rows.len(), comparison.rows.len());
     let mut folder = Folder::new(out_dir);
     accuracy.write(&mut folder)?;
+    comparison.write(&mut folder, summary.study_rows > 0)?;
+    if summary.study_rows > 0 {
+        write_study(&study, &growth, &summary, rows_dir, &mut folder)?;
+    }
+    Ok(Summary { files: folder.into_written(), ..summary })
+}
 
+/// Which builder for which use, computed from the rows of a comparison: one line a use, none where there is nothing to choose.
+pub fn advice(rows: &[CompareRow]) -> Vec<String> {
+    let counsel = advice::counsel(&Comparison::of(rows.to_vec()));
+    counsel.uses.iter().map(|advice| format!("{}: {}: {}", advice.purpose, advice.pick, advice.why)).collect()
+}
+
+/// The study of the thesis: its tables, figures and page.
+fn write_study(
+    study: &Study,
+    growth: &Growth,
+    summary: &Summary,
+    rows_dir: &Path,
+    folder: &mut Folder,
+) -> Result<(), ReportError> {
     for preset in PRESETS {
         let dir = if preset == PRESETS[0] { "tables" } else { "tables/text" };
         for number in 1..=9 {
@@ -116,8 +147,8 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         rows => folder.write("tables/decisions.csv", decisions::csv_text(rows).as_bytes())?,
     }
 
-    let (laws, exponents) = (laws::laws(&growth), exponents::exponents(&growth));
-    let residuals = laws::residuals(&growth, &laws);
+    let (laws, exponents) = (laws::laws(growth), exponents::exponents(growth));
+    let residuals = laws::residuals(growth, &laws);
     let growth_tables = [
         ("tables/scaling.csv", exponents::csv_text(&exponents)),
         ("tables/why.csv", laws::laws_csv(&laws)),
@@ -130,37 +161,33 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         }
     }
 
-    let mut figures = figures::draw_all(&study, rows_dir)?;
+    let mut figures = figures::draw_all(study, rows_dir)?;
     let shown = if growth.is_empty() { &[][..] } else { &residuals };
-    figures.extend(&study, &growth, shown)?;
-    for (name, rendered) in figures.iter() {
-        for (ending, bytes) in [("svg", rendered.map(|r| r.svg.as_bytes())), ("png", rendered.map(|r| &r.png[..]))] {
-            let file = format!("figures/{name}.{ending}");
-            match bytes {
-                Some(bytes) => folder.write(&file, bytes)?,
-                None => folder.remove(&file)?,
-            }
-        }
-    }
-
-    let html = page::html(
-        &study,
-        &summary,
-        &figures,
-        &page::growth::Fits { growth: &growth, laws: &laws, residuals: &residuals, exponents: &exponents },
-        if accuracy.rows.is_empty() { &[] } else { &[(accuracy::PAGE, "what accuracy costs in time")] },
-    );
-    folder.write("index.html", html.as_bytes())?;
-    Ok(Summary { files: folder.into_written(), ..summary })
+    figures.extend(study, growth, shown)?;
+    figures.write(folder)?;
+    let fits = page::growth::Fits { growth, laws: &laws, residuals: &residuals, exponents: &exponents };
+    let others = [
+        (summary.accuracy_rows, accuracy::PAGE, "what accuracy costs in time"),
+        (summary.comparison_rows, COMPARISON_PAGE, "builders side by side"),
+    ];
+    let others: Vec<_> = others.iter().filter(|o| o.0 > 0).map(|o| (o.1, o.2)).collect();
+    folder.write(STUDY_PAGE, page::html(study, summary, &figures, &fits, &others).as_bytes())
 }
 
-fn check_origin(rows_dir: &Path, study: &Study, growth: &Growth, accuracy: &Accuracy) -> Result<(), ReportError> {
+fn check_origin(
+    rows_dir: &Path,
+    study: &Study,
+    growth: &Growth,
+    accuracy: &Accuracy,
+    comparison: &Comparison,
+) -> Result<(), ReportError> {
     let files = [
         (BuildRow::FILE, study.builds.first().map(Row::origin)),
         (TraceRow::FILE, study.traces.first().map(Row::origin)),
         (DecisionRow::FILE, study.decisions.first().map(Row::origin)),
         (ScalingRow::FILE, growth.scaling.first().map(Row::origin)),
         (WorkRow::FILE, growth.work.first().map(Row::origin)),
+        (CompareRow::FILE, comparison.rows.first().map(Row::origin)),
         (AccuracyRow::FILE, accuracy.rows.first().map(Row::origin)),
     ];
     let mut origins = files.into_iter().filter_map(|(file, origin)| Some((file, origin?)));

@@ -47,6 +47,12 @@ pub struct Summary {
     pub cells: Counts,
     /// Rows of any preset that failed their verification.
     pub error_rows: usize,
+    /// Rows of the study.
+    pub study_rows: usize,
+    /// Rows about accuracy.
+    pub accuracy_rows: usize,
+    /// Rows of builders side by side.
+    pub comparison_rows: usize,
     /// Table 5, preset `published`, Tiny to Large, arity 2 and 4: the cells free of rule Q8.
     pub table5: Within,
     /// The same over all cells of Table 5.
@@ -76,6 +82,9 @@ impl Summary {
         Self {
             files: Vec::new(),
             cells,
+            study_rows: 0,
+            accuracy_rows: 0,
+            comparison_rows: 0,
             error_rows: builds.chain(traces).chain(decisions).filter(|s| failed(s)).count(),
             table5: within(study, 5, |model, arity| model != Model::Huge && arity != Some(8)),
             table5_all: within(study, 5, |_, _| true),
@@ -88,6 +97,14 @@ impl Summary {
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let c = &self.cells;
+        let others =
+            [(self.accuracy_rows, "rows about accuracy"), (self.comparison_rows, "rows of builders side by side")];
+        for (rows, about) in others.iter().filter(|o| o.0 > 0) {
+            write!(f, "{rows} {about}; ")?;
+        }
+        if self.study_rows == 0 {
+            return write!(f, "{} files", self.files.len());
+        }
         write!(
             f,
             "Table 5: {} of {} measured cells within 6 % (Tiny to Large, arity 2 and 4; {} are printed); Tables 2 to 9, preset \

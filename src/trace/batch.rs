@@ -1,11 +1,11 @@
 //! Whole ray sets at once, in parallel, with the same answers for any number of threads.
 
 use super::hits::HitRecord;
-use super::kernels::{Kernel, Query};
+use super::kernels::Query;
 use super::probe::{TraceCounters, TraceProbe};
 use super::scratch::Scratch;
-use crate::bvh::Bvh;
-use crate::geom::{Ray, Triangle};
+use super::tracer::Tracer;
+use crate::geom::Ray;
 use rayon::prelude::*;
 
 /// Rays that one thread takes at a time.
@@ -14,14 +14,10 @@ const CHUNK: usize = 1024;
 /// What is traced, through what, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch<'a> {
-    /// The kernel.
-    pub kernel: Kernel,
+    /// The kernel, made ready for its tree.
+    pub tracer: &'a Tracer<'a>,
     /// What is asked of every ray.
     pub query: Query,
-    /// The tree.
-    pub bvh: &'a Bvh,
-    /// The scene's triangles, by id.
-    pub triangles: &'a [Triangle],
     /// The rays.
     pub rays: &'a [Ray],
 }
@@ -57,7 +53,7 @@ pub fn count_batch(batch: &Batch) -> (Vec<HitRecord>, TraceCounters) {
 impl Batch<'_> {
     fn trace_chunk<P: TraceProbe>(&self, rays: &[Ray], hits: &mut [HitRecord], scratch: &mut Scratch, probe: &mut P) {
         for (ray, hit) in rays.iter().zip(hits) {
-            *hit = self.kernel.trace(self.query, self.bvh, self.triangles, ray, scratch, probe).into();
+            *hit = self.tracer.trace(self.query, ray, scratch, probe).into();
         }
     }
 }
@@ -77,7 +73,8 @@ mod tests {
         let bvh = median_split(&triangles, 4);
         for info in KERNELS {
             for query in [Query::Closest, Query::Any] {
-                let batch = Batch { kernel: info.kernel, query, bvh: &bvh, triangles: &triangles, rays: &rays };
+                let tracer = Tracer::new(info.kernel, &bvh, &triangles);
+                let batch = Batch { tracer: &tracer, query, rays: &rays };
                 let answers = [1, 2, 7].map(|threads| {
                     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                     pool.install(|| {

@@ -118,17 +118,19 @@ fn scan<T: TriangleTest, S: SlabTest>(triangles: &[Triangle], ray: &Ray, slabs: 
 }
 
 /// When a search may end.
-trait Goal {
+pub(super) trait Goal {
     /// Whether the first hit found is enough.
     const FIRST_IS_ENOUGH: bool;
 }
 
-struct Closest;
+/// At the closest hit.
+pub(super) struct Closest;
 impl Goal for Closest {
     const FIRST_IS_ENOUGH: bool = false;
 }
 
-struct Any;
+/// At the first hit found.
+pub(super) struct Any;
 impl Goal for Any {
     const FIRST_IS_ENOUGH: bool = true;
 }
@@ -190,7 +192,12 @@ fn search<G: Goal, T: TriangleTest, S: SlabTest, P: TraceProbe>(
 
 /// The t of a hit that stands: the triangle test's, held to the interval of the triangle's own box and to the ray's.
 #[inline(always)]
-fn accepted<T: TriangleTest, S: SlabTest>(test: &T, slabs: S, ray: &Ray, triangle: &Triangle) -> Option<f32> {
+pub(super) fn accepted<T: TriangleTest, S: SlabTest>(
+    test: &T,
+    slabs: S,
+    ray: &Ray,
+    triangle: &Triangle,
+) -> Option<f32> {
     let t = test.meets(triangle)?;
     let (entry, exit) = slabs.interval(&triangle.aabb());
     if entry > exit {
@@ -206,8 +213,9 @@ fn accepted<T: TriangleTest, S: SlabTest>(test: &T, slabs: S, ray: &Ray, triangl
     (t >= ray.t_min && t <= ray.t_max && t.is_finite()).then_some(t)
 }
 
+/// Keeps the better hit: the nearer one, of two as near that of the lower id.
 #[inline(always)]
-fn improve(best: &mut Option<Hit>, triangle: u32, t: Option<f32>) -> bool {
+pub(super) fn improve(best: &mut Option<Hit>, triangle: u32, t: Option<f32>) -> bool {
     let Some(t) = t else { return false };
     let better = best.is_none_or(|b| t < b.t || (t == b.t && triangle < b.triangle));
     if better {

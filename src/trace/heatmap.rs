@@ -4,6 +4,7 @@ use super::kernels::{Kernel, Query};
 use super::probe::TraceCounters;
 use super::render::srgb;
 use super::scratch::Scratch;
+use super::tracer::Tracer;
 use crate::bvh::Bvh;
 use crate::geom::{Ray, Triangle};
 use crate::scene::Camera;
@@ -74,9 +75,10 @@ impl HeatMap {
         (width, height): (u32, u32),
     ) -> Self {
         let view = camera.view(width, height);
+        let tracer = Tracer::new(kernel, bvh, triangles);
         let count = |scratch: &mut Scratch, ray: &Ray| {
             let mut work = TraceCounters::default();
-            kernel.trace(Query::Closest, bvh, triangles, ray, scratch, &mut work);
+            tracer.trace(Query::Closest, ray, scratch, &mut work);
             quantity.of(&work)
         };
         let counts = (0..height)

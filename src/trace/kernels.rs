@@ -1,11 +1,7 @@
 //! The register of tracing kernels: what `list kernels` shows and `--kernel` accepts.
 
-use super::closest::{FastTest, any_hit, closest_hit};
-use super::first_leaf::{FirstLeafOptions, first_leaf};
-use super::probe::TraceProbe;
-use super::scratch::Scratch;
-use crate::bvh::Bvh;
-use crate::geom::{Hit, Ray, Triangle, WatertightRay};
+use super::first_leaf::FirstLeafOptions;
+use crate::geom::Hit;
 
 /// What a kernel is called and where it comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +25,22 @@ pub enum Kernel {
     Scalar,
     /// Closest hit with Möller–Trumbore in f32.
     ScalarFast,
+    /// Several boxes and triangles at a time.
+    Wide {
+        /// Boxes at a time.
+        width: Width,
+        /// Triangles by Möller–Trumbore in f32 alone; else the watertight test has the last word.
+        fast: bool,
+    },
+}
+
+/// How many boxes a wide kernel tests at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Width {
+    /// Nodes of four children.
+    Four,
+    /// Nodes of eight.
+    Eight,
 }
 
 /// What is asked of a ray.
@@ -55,6 +67,30 @@ pub const KERNELS: &[KernelInfo] = &[
         paper: "Möller and Trumbore 1997 (triangles); Ize 2013 (boxes)",
     },
     KernelInfo {
+        id: "bvh4",
+        kernel: Kernel::Wide { width: Width::Four, fast: false },
+        summary: "as scalar, hit for hit, by four boxes and four triangles at a time",
+        paper: "Wald, Benthin and Boulos 2008; Woop, Benthin and Wald 2013",
+    },
+    KernelInfo {
+        id: "bvh8",
+        kernel: Kernel::Wide { width: Width::Eight, fast: false },
+        summary: "as scalar, hit for hit, by eight boxes and four triangles at a time",
+        paper: "Wald, Benthin and Boulos 2008; Woop, Benthin and Wald 2013",
+    },
+    KernelInfo {
+        id: "bvh4-fast",
+        kernel: Kernel::Wide { width: Width::Four, fast: true },
+        summary: "as bvh4 with an f32 triangle test: rays may slip between two triangles",
+        paper: "Wald, Benthin and Boulos 2008; Möller and Trumbore 1997",
+    },
+    KernelInfo {
+        id: "bvh8-fast",
+        kernel: Kernel::Wide { width: Width::Eight, fast: true },
+        summary: "as bvh8 with an f32 triangle test: rays may slip between two triangles",
+        paper: "Wald, Benthin and Boulos 2008; Möller and Trumbore 1997",
+    },
+    KernelInfo {
         id: "first-leaf",
         kernel: Kernel::FirstLeaf(FirstLeafOptions { tie_slip: true, linear_lookup: false }),
         summary: "the thesis' program: ends at the first leaf that reports a hit, not always the closest",
@@ -68,37 +104,9 @@ impl Kernel {
         KERNELS.iter().find(|k| k.id == id).map(|k| k.kernel)
     }
 
-    /// Whether the kernel's answers are those of brute force; `first-leaf`'s are not.
+    /// Whether the kernel's answers are those of brute force with the watertight test, bit for bit.
     pub const fn is_exact(self) -> bool {
-        matches!(self, Self::Scalar | Self::ScalarFast)
-    }
-
-    /// Traces one ray. For [`Query::Any`] the hit returned is [`Self::SOME_HIT`]: which triangle a search meets first
-    /// depends on the tree, whether there is one does not.
-    #[inline]
-    pub fn trace<P: TraceProbe>(
-        self,
-        query: Query,
-        bvh: &Bvh,
-        triangles: &[Triangle],
-        ray: &Ray,
-        scratch: &mut Scratch,
-        probe: &mut P,
-    ) -> Option<Hit> {
-        match (self, query) {
-            (Self::Scalar, Query::Closest) => closest_hit::<WatertightRay, P>(bvh, triangles, ray, scratch, probe),
-            (Self::ScalarFast, Query::Closest) => closest_hit::<FastTest, P>(bvh, triangles, ray, scratch, probe),
-            (Self::FirstLeaf(options), Query::Closest) => first_leaf(bvh, triangles, ray, options, scratch, probe),
-            (Self::Scalar, Query::Any) => {
-                any_hit::<WatertightRay, P>(bvh, triangles, ray, scratch, probe).then_some(Self::SOME_HIT)
-            }
-            (Self::ScalarFast, Query::Any) => {
-                any_hit::<FastTest, P>(bvh, triangles, ray, scratch, probe).then_some(Self::SOME_HIT)
-            }
-            (Self::FirstLeaf(options), Query::Any) => {
-                first_leaf(bvh, triangles, ray, options, scratch, probe).map(|_| Self::SOME_HIT)
-            }
-        }
+        matches!(self, Self::Scalar | Self::Wide { fast: false, .. })
     }
 
     /// What stands for "yes" in answers to [`Query::Any`]: triangle 0 at t = 0.

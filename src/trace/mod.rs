@@ -15,6 +15,8 @@ mod render;
 mod scratch;
 mod secondary;
 mod slab;
+mod tracer;
+mod wide;
 
 #[cfg(test)]
 pub(crate) mod testing;
@@ -26,7 +28,7 @@ pub use closest::{FastTest, TriangleTest, any_hit, brute_force, closest_hit};
 pub use first_leaf::{FirstLeafOptions, first_leaf};
 pub use heatmap::{DrawError, HeatMap, Quantity, heat_colour};
 pub use hits::{HitRecord, hit_bytes, hit_hash, write_hits};
-pub use kernels::{KERNELS, Kernel, KernelInfo, Query};
+pub use kernels::{KERNELS, Kernel, KernelInfo, Query, Width};
 pub use lighting::{
     ImageCounts, ImageDigest, PUBLISHED_CHAIN, Reading, StudyView, TEXT_CHAIN, run_image, run_image_parallel,
     trace_image,
@@ -38,3 +40,5 @@ pub use ray_sets::{diffuse_rays, primary_rays, shadow_rays};
 pub use render::{RenderOptions, render, upright};
 pub use scratch::Scratch;
 pub use secondary::{facing_normal, leave_surface, mirror};
+pub use tracer::Tracer;
+pub use wide::WideBvh;

@@ -13,9 +13,9 @@ use crate::geom::{Aabb, Ray};
 use glam::{DVec3, Vec3};
 
 /// Relative padding: 8 roundings of f32.
-const RELATIVE: f32 = 1.0 / (1 << 21) as f32;
+pub(super) const RELATIVE: f32 = 1.0 / (1 << 21) as f32;
 /// Absolute padding (2⁻¹⁴⁰), for distances so small that rounding is no longer relative.
-const ABSOLUTE: f32 = f32::from_bits(1 << 9);
+pub(super) const ABSOLUTE: f32 = f32::from_bits(1 << 9);
 
 /// A bound that `t` stays below whatever the rounding of the distances it is compared with; monotone in `t`.
 #[inline(always)]
@@ -45,9 +45,9 @@ fn sooner<T: PartialOrd>(a: T, b: T) -> T {
 /// In f32: for every ray whose inverse direction and differences stay in range.
 #[derive(Clone, Copy)]
 pub(super) struct Slabs {
-    origin: Vec3,
-    inverse: Vec3,
-    negative: glam::BVec3,
+    pub(super) origin: Vec3,
+    pub(super) inverse: Vec3,
+    pub(super) negative: glam::BVec3,
 }
 
 impl Slabs {

@@ -69,10 +69,12 @@ fn either_engine_compares() {
 fn the_table_has_a_line_per_builder() {
     let lab = Lab::new();
     let text = lab.fine("compare gen:soup:30 -b bottom-up --size 8x8 --runs 1");
+    let (table, advice) = text.split_once("\n\n").unwrap();
     assert!(
-        ["published", "text", "walter"].iter().all(|p| text.lines().filter(|l| l.contains(p)).count() == 1),
+        ["published", "text", "walter"].iter().all(|p| table.lines().filter(|l| l.contains(p)).count() == 1),
         "{text}"
     );
+    assert!(advice.lines().count() >= 3 && advice.contains("Built for every frame"), "{advice}");
 }
 
 /// Three builders on little scenes.
@@ -120,8 +122,15 @@ fn rows_are_kept_and_a_second_run_measures_nothing() {
         assert!(row.status == Status::Ok && row.note.is_empty() && row.build_ms > Some(0.0), "{row:?}");
         assert!(row.work().count() > 0 && row.leaf_limit == 4 && row.pixels == "16x16", "{row:?}");
     }
+    let page = lab.read("out/compare.html");
+    for file in ["tables/compare.csv", "figures/compare-2-arity2-leaf4.svg", "figures/compare-1-arity2-leaf4.png"] {
+        assert!(lab.path("out").join(file).exists(), "{file}");
+    }
+    assert!(!lab.path("out/index.html").exists());
     assert_eq!(lab.json(&words), first);
-    assert!(lab.read("out/rows/compare.csv") == before);
+    assert!(lab.read("out/rows/compare.csv") == before && lab.read("out/compare.html") == page);
+    assert!(lab.fine("report --rows out/rows --out again").contains("compare.html"));
+    assert!(lab.read("again/compare.html") == page);
 
     // Other conditions are another measurement; a scene with a missing row is measured as a whole.
     lab.fine(&words.replace("16x16", "17x16"));

@@ -1,6 +1,7 @@
 //! The report on rows made up for the purpose: tables, figures, page, refusals, and what it may import.
 
 mod accuracy;
+mod compare;
 mod decisions;
 mod growth;
 mod imports;

@@ -10,7 +10,7 @@ use super::reproduce::keep_rows_when_interrupted;
 use super::{Failure, Outcome, off, tree_file, wrong};
 use bvh_lab::build::{BuildOptions, Preset};
 use bvh_lab::lab::{Comparison, Contestant, Repeats, human_seconds, standard_recipes};
-use bvh_lab::report::gate;
+use bvh_lab::report::{self, gate};
 use bvh_lab::rows::{CompareRow, Row, Status, read_file};
 use bvh_lab::scene::Scene;
 
@@ -59,11 +59,13 @@ pub fn run(a: &CompareArguments) -> Outcome {
     if a.run.json {
         json(&object::report(&scenes, &measured, verdict.as_ref()))?;
     } else {
-        let texts: Vec<_> = scenes.iter().zip(&measured).map(|(scene, rows)| text(scene, rows)).collect();
+        let mut texts: Vec<_> = scenes.iter().zip(&measured).map(|(scene, rows)| text(scene, rows)).collect();
+        texts.extend(Some(report::advice(&measured.concat()).join("\n")).filter(|advice| !advice.is_empty()));
         say(&texts.join("\n\n"))?;
     }
-    if let Some(rows) = &comparison.rows {
-        eprintln!("bvh-lab: {}", rows.join(CompareRow::FILE).display());
+    if let (Some(rows), Some(out)) = (&comparison.rows, &a.out) {
+        report::write(rows, out).map_err(wrong)?;
+        eprintln!("bvh-lab: {}", out.join(report::COMPARISON_PAGE).display());
     }
     finish(&measured, verdict)
 }

@@ -8,7 +8,7 @@ use super::{AccuracyStudy, Subject, reference_tree};
 use crate::geom::{Ray, Triangle};
 use crate::lab::measure::spread;
 use crate::rows::{AccuracyRow, Status};
-use crate::trace::{Batch, HitRecord, Kernel, Query, count_batch, trace_batch};
+use crate::trace::{Batch, HitRecord, Kernel, Query, Tracer, count_batch, trace_batch};
 use glam::{DVec3, Vec3};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
@@ -74,21 +74,22 @@ pub(super) fn measure(study: &AccuracyStudy, subject: &Subject, rows: Vec<Accura
     let edges = edge_rays(triangles, subject.primary.len());
     let sets: Vec<(&str, &[Ray])> =
         vec![("primary", &subject.primary), ("diffuse", &subject.diffuse), ("edges", &edges)];
-    let batch = |kernel, rays| Batch { kernel, query: Query::Closest, bvh: &tree, triangles, rays };
+    let scalar = Tracer::new(Kernel::Scalar, &tree, triangles);
     let references: Vec<(Vec<HitRecord>, Result<usize, String>)> = sets
         .iter()
         .map(|&(_, rays)| {
-            let hits = count_batch(&batch(Kernel::Scalar, rays)).0;
+            let hits = count_batch(&Batch { tracer: &scalar, query: Query::Closest, rays }).0;
             let checked = oracle(triangles, rays, &hits);
             (hits, checked)
         })
         .collect();
-    let mut entries: Vec<(AccuracyRow, Kernel, usize, Vec<f64>)> = Vec::new();
+    let mut entries: Vec<(AccuracyRow, Tracer, usize, Vec<f64>)> = Vec::new();
     for mut row in rows {
         let kernel = Kernel::from_id(&row.method).expect("rows name kernels that are registered");
         let set = sets.iter().position(|s| s.0 == row.rays).expect("rows name kinds of rays that there are");
         let rays = sets[set].1;
-        let (hits, work) = count_batch(&batch(kernel, rays));
+        let tracer = Tracer::new(kernel, &tree, triangles);
+        let (hits, work) = count_batch(&Batch { tracer: &tracer, query: Query::Closest, rays });
         let per_ray = |n: u64| (!rays.is_empty()).then(|| n as f64 / rays.len() as f64);
         row.traced = Some(rays.len());
         row.nodes_per_ray = per_ray(work.nodes);
@@ -104,14 +105,14 @@ pub(super) fn measure(study: &AccuracyStudy, subject: &Subject, rows: Vec<Accura
             Ok(n) => (row.status, row.oracle_rays) = (Status::Ok, Some(*n)),
             Err(why) => (row.status, row.note) = (Status::Error, why.clone()),
         }
-        entries.push((row, kernel, set, Vec::new()));
+        entries.push((row, tracer, set, Vec::new()));
     }
     let mut hits = Vec::new();
     for _ in 0..study.runs.max(1) {
-        for (_, kernel, set, rates) in &mut entries {
+        for (_, tracer, set, rates) in &mut entries {
             let rays = sets[*set].1;
             let begin = Instant::now();
-            trace_batch(&batch(*kernel, rays), &mut hits);
+            trace_batch(&Batch { tracer, query: Query::Closest, rays }, &mut hits);
             rates.push(rays.len() as f64 * 1e-6 / begin.elapsed().as_secs_f64());
         }
     }

@@ -8,7 +8,7 @@ use crate::cost::{SahParams, sah};
 use crate::geom::{Aabb, Ray, Triangle};
 use crate::lab::measure::spread;
 use crate::rows::{AccuracyRow, Status};
-use crate::trace::{Batch, HitRecord, Kernel, Query, count_batch, trace_batch};
+use crate::trace::{Batch, HitRecord, Kernel, Query, Tracer, count_batch, trace_batch};
 use std::time::Instant;
 
 /// A setting with its tree, if it has one.
@@ -84,7 +84,7 @@ fn prepare(
     subject.stage.verify(&bvh).map_err(wrong)?;
     row.sah = sah(&bvh, SahParams::default());
     let rays = subject.rays(setting.rays);
-    let (hits, work) = count_batch(&batch(&bvh, triangles, rays));
+    let (hits, work) = count_batch(&batch(&Tracer::new(Kernel::Scalar, &bvh, triangles), rays));
     let per_ray = |n: u64| (!rays.is_empty()).then(|| n as f64 / rays.len() as f64);
     row.traced = Some(rays.len());
     row.nodes_per_ray = per_ray(work.nodes);
@@ -99,8 +99,8 @@ fn build(setting: &Setting, triangles: &[Triangle], brake: &mut Brake) -> Result
     (setting.builder.timed)(Input::of_triangles(triangles, &boxes), &setting.options, brake)
 }
 
-fn batch<'a>(bvh: &'a Bvh, triangles: &'a [Triangle], rays: &'a [Ray]) -> Batch<'a> {
-    Batch { kernel: Kernel::Scalar, query: Query::Closest, bvh, triangles, rays }
+fn batch<'a>(tracer: &'a Tracer<'a>, rays: &'a [Ray]) -> Batch<'a> {
+    Batch { tracer, query: Query::Closest, rays }
 }
 
 impl Entry<'_> {
@@ -118,9 +118,10 @@ impl Entry<'_> {
     fn time_trace(&mut self, subject: &Subject) {
         let Some(tree) = &mut self.tree else { return };
         let rays = subject.rays(self.setting.rays);
+        let tracer = Tracer::new(Kernel::Scalar, &tree.bvh, &subject.stage.triangles);
         let mut hits = Vec::new();
         let begin = Instant::now();
-        trace_batch(&batch(&tree.bvh, &subject.stage.triangles, rays), &mut hits);
+        trace_batch(&batch(&tracer, rays), &mut hits);
         tree.mrays.push(rays.len() as f64 * 1e-6 / begin.elapsed().as_secs_f64());
         if hits != tree.hits {
             self.fail("a timed pass saw other hits than the counted one");

@@ -9,7 +9,7 @@ use crate::geom::{Aabb, Triangle};
 use crate::lab::{BuildCell, EPO_LIMIT, Measured, Repeats, measure_build, spread};
 use crate::rows::{CompareRow, Spread, Status};
 use crate::scene::Scene;
-use crate::trace::{HitRecord, trace_batch};
+use crate::trace::{HitRecord, Tracer, trace_batch};
 use std::time::Instant;
 
 /// Shares of the time, roughly, that a scene spends before its builds are timed, and then before its traces are.
@@ -168,7 +168,8 @@ impl Runner<'_> {
         triangles: &[Triangle],
         reference: &Reference,
     ) {
-        let count = |set: &RaySet| set.count(comparison.kernel, bvh, triangles);
+        let tracer = Tracer::new(comparison.kernel, bvh, triangles);
+        let count = |set: &RaySet| set.count(&tracer);
         let (primary, primary_wrong) = count(&reference.primary);
         let (diffuse, diffuse_wrong) = count(&reference.diffuse);
         match (primary_wrong + diffuse_wrong, coverage.hidden) {
@@ -205,13 +206,14 @@ impl Runner<'_> {
     /// One timed pass of both ray sets.
     fn trace(&mut self, comparison: &Comparison, scene: &Scene, reference: &Reference, hits: &mut Vec<HitRecord>) {
         let Some(bvh) = self.tree.as_ref().filter(|_| self.traced) else { return };
+        let tracer = Tracer::new(comparison.kernel, bvh, &scene.triangles);
         let sets = [(&reference.primary, &mut self.primary), (&reference.diffuse, &mut self.diffuse)];
         let mut wrong = false;
         for (set, times) in sets {
             if times.done || set.rays.is_empty() {
                 continue;
             }
-            let batch = set.batch(comparison.kernel, bvh, &scene.triangles);
+            let batch = set.batch(&tracer);
             let begin = Instant::now();
             trace_batch(&batch, hits);
             times.add(begin.elapsed().as_secs_f64(), &comparison.repeats);

@@ -6,7 +6,8 @@ use crate::geom::{Aabb, Ray, Triangle, WatertightRay};
 use crate::lab::{RAY_SEED, leaf_count_rays};
 use crate::scene::Scene;
 use crate::trace::{
-    Batch, HitRecord, Kernel, Query, TraceCounters, brute_force, count_batch, diffuse_rays, primary_rays, trace_batch,
+    Batch, HitRecord, Kernel, Query, TraceCounters, Tracer, brute_force, count_batch, diffuse_rays, primary_rays,
+    trace_batch,
 };
 use rayon::prelude::*;
 
@@ -54,7 +55,8 @@ impl Reference {
         }
         let answered = |rays: Vec<Ray>| {
             let mut expected = Vec::new();
-            trace_batch(&Batch { kernel, query: Query::Closest, bvh: &bvh, triangles, rays: &rays }, &mut expected);
+            let tracer = Tracer::new(kernel, &bvh, triangles);
+            trace_batch(&Batch { tracer: &tracer, query: Query::Closest, rays: &rays }, &mut expected);
             RaySet { rays, expected }
         };
         let leaf_rays = leaf_count_rays(scene, &bvh);
@@ -67,8 +69,8 @@ fn agrees_with_brute_force(bvh: &Bvh, triangles: &[Triangle], rays: &[Ray]) -> R
     let looked_at = (TESTS / triangles.len().max(1)).clamp(16, 512);
     let some: Vec<Ray> = rays.iter().copied().step_by(rays.len().div_ceil(looked_at).max(1)).collect();
     let mut found = Vec::new();
-    let batch = Batch { kernel: Kernel::Scalar, query: Query::Closest, bvh, triangles, rays: &some };
-    trace_batch(&batch, &mut found);
+    let tracer = Tracer::new(Kernel::Scalar, bvh, triangles);
+    trace_batch(&Batch { tracer: &tracer, query: Query::Closest, rays: &some }, &mut found);
     let by_force = |ray: &Ray| HitRecord::from(brute_force::<WatertightRay>(triangles, ray));
     let wrong = some.par_iter().zip(&found).filter(|(ray, hit)| by_force(ray) != **hit).count();
     match wrong {
@@ -79,14 +81,14 @@ fn agrees_with_brute_force(bvh: &Bvh, triangles: &[Triangle], rays: &[Ray]) -> R
 
 impl RaySet {
     /// Traces and counts. The second is the number of rays whose answer is not the expected one.
-    pub fn count(&self, kernel: Kernel, bvh: &Bvh, triangles: &[Triangle]) -> (TraceCounters, usize) {
-        let (hits, work) = count_batch(&self.batch(kernel, bvh, triangles));
+    pub fn count(&self, tracer: &Tracer) -> (TraceCounters, usize) {
+        let (hits, work) = count_batch(&self.batch(tracer));
         let wrong = hits.iter().zip(&self.expected).filter(|(found, expected)| found != expected).count();
         (work, wrong)
     }
 
     /// What is to be timed.
-    pub fn batch<'a>(&'a self, kernel: Kernel, bvh: &'a Bvh, triangles: &'a [Triangle]) -> Batch<'a> {
-        Batch { kernel, query: Query::Closest, bvh, triangles, rays: &self.rays }
+    pub fn batch<'a>(&'a self, tracer: &'a Tracer<'a>) -> Batch<'a> {
+        Batch { tracer, query: Query::Closest, rays: &self.rays }
     }
 }

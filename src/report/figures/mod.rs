@@ -6,17 +6,22 @@ pub(crate) mod canvas;
 pub(crate) mod chart;
 pub(crate) mod curves;
 mod extended;
+mod labels;
 pub(crate) mod legend;
 mod loglog;
 mod marks;
 mod nodes;
+mod pareto;
 mod picture;
 mod scaling;
 mod why;
 
 use crate::report::cells::Study;
+use crate::report::comparison::Comparison;
+use crate::report::files::Folder;
 use crate::report::growth::Growth;
 use crate::report::growth::laws::Residual;
+use crate::report::page::compare::figure_name;
 use crate::report::{PRESETS, ReportError};
 use canvas::{Drawing, Rendered};
 use std::path::Path;
@@ -29,6 +34,24 @@ impl Figures {
     /// All of them.
     pub fn iter(&self) -> impl Iterator<Item = (&str, Option<&Rendered>)> {
         self.0.iter().map(|(name, rendered)| (name.as_str(), rendered.as_ref()))
+    }
+
+    /// Writes them in both formats; what was not drawn goes, if an earlier report left it.
+    ///
+    /// # Errors
+    /// The file system's.
+    pub fn write(&self, folder: &mut Folder) -> Result<(), ReportError> {
+        for (name, rendered) in self.iter() {
+            for (ending, bytes) in [("svg", rendered.map(|r| r.svg.as_bytes())), ("png", rendered.map(|r| &r.png[..]))]
+            {
+                let file = format!("figures/{name}.{ending}");
+                match bytes {
+                    Some(bytes) => folder.write(&file, bytes)?,
+                    None => folder.remove(&file)?,
+                }
+            }
+        }
+        Ok(())
     }
 
     /// The one of this name, where it was drawn.
@@ -84,6 +107,20 @@ impl Figures {
         self.add("scaling-time", scaling::time(growth))?;
         self.add("scaling-work", scaling::work(growth))?;
         self.add("why", why::why(residuals))
+    }
+
+    /// Those of builders side by side, one a scene and class.
+    ///
+    /// # Errors
+    /// A drawing that fails.
+    pub fn of_comparison(comparison: &Comparison) -> Result<Self, ReportError> {
+        let mut figures = Self(Vec::new());
+        for (i, scene) in comparison.scenes.iter().enumerate() {
+            for class in comparison.classes() {
+                figures.add(&figure_name(i, class), pareto::sheet(comparison, scene, class))?;
+            }
+        }
+        Ok(figures)
     }
 
     fn add(&mut self, name: &str, sheet: Option<impl Drawing>) -> Result<(), ReportError> {

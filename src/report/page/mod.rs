@@ -1,5 +1,6 @@
-//! The page: one self-contained HTML file, figures and styles inside it.
+//! The pages: self-contained HTML files, figures and styles inside them; here that of the study.
 
+pub(crate) mod compare;
 mod decisions;
 pub(crate) mod growth;
 mod notes;
@@ -60,13 +61,18 @@ pub(crate) fn html(
         }
         (provenance::footer(study, fits.growth))
     };
+    document("bvh-lab: the study", &body)
+}
+
+/// A self-contained HTML file.
+pub(crate) fn document(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                title { "bvh-lab: the study" }
+                title { (title) }
                 style { (PreEscaped(include_str!("style.css"))) }
             }
             body { (body) }

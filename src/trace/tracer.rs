@@ -1,0 +1,144 @@
+//! A kernel made ready for one tree: what it walks is laid out once, then any number of rays follow.
+
+use super::closest::{Any, Closest, FastTest, any_hit, closest_hit};
+use super::first_leaf::first_leaf;
+use super::kernels::{Kernel, Query, Width};
+use super::probe::TraceProbe;
+use super::scratch::Scratch;
+use super::slab::Slabs;
+use super::wide::{Leaves, WideBvh, wide_hit};
+use crate::bvh::Bvh;
+use crate::geom::{Hit, Ray, Triangle, WatertightRay};
+use crate::simd::Simd;
+
+/// A kernel, the tree that it walks, and the layout that it wants of it.
+#[derive(Clone, Debug)]
+pub struct Tracer<'a> {
+    kernel: Kernel,
+    bvh: &'a Bvh,
+    triangles: &'a [Triangle],
+    wide: Wide,
+    level: Simd,
+}
+
+#[derive(Clone, Debug)]
+enum Wide {
+    /// The kernel walks the tree as it is.
+    None,
+    Four(WideBvh<4>),
+    Eight(WideBvh<8>),
+}
+
+struct Watertight;
+impl Leaves for Watertight {
+    const WATERTIGHT: bool = true;
+}
+
+struct Fast;
+impl Leaves for Fast {
+    const WATERTIGHT: bool = false;
+}
+
+impl<'a> Tracer<'a> {
+    /// Makes `kernel` ready for `bvh` over `triangles` (by id): next to nothing for those that walk it as it is, a pass over
+    /// nodes and triangles for the wide ones.
+    ///
+    /// # Panics
+    /// On a triangle id beyond `triangles`.
+    pub fn new(kernel: Kernel, bvh: &'a Bvh, triangles: &'a [Triangle]) -> Self {
+        let wide = match kernel {
+            Kernel::Wide { width: Width::Four, .. } => Wide::Four(WideBvh::new(bvh, triangles)),
+            Kernel::Wide { width: Width::Eight, .. } => Wide::Eight(WideBvh::new(bvh, triangles)),
+            Kernel::FirstLeaf(_) | Kernel::Scalar | Kernel::ScalarFast => Wide::None,
+        };
+        Self { kernel, bvh, triangles, wide, level: Simd::detect() }
+    }
+
+    /// The same with the vector instructions of `level`, for comparisons; answers do not depend on it.
+    ///
+    /// # Panics
+    /// Where the processor does not have them.
+    #[must_use]
+    pub fn at_level(mut self, level: Simd) -> Self {
+        assert!(level <= Simd::detect(), "this processor has no {level:?}");
+        self.level = level;
+        self
+    }
+
+    /// The kernel.
+    pub fn kernel(&self) -> Kernel {
+        self.kernel
+    }
+
+    /// The tree.
+    pub fn bvh(&self) -> &'a Bvh {
+        self.bvh
+    }
+
+    /// The scene's triangles.
+    pub fn triangles(&self) -> &'a [Triangle] {
+        self.triangles
+    }
+
+    /// Bytes of what the kernel walks: of its own layout, triangles included, or of the tree without them.
+    pub fn bytes(&self) -> usize {
+        match &self.wide {
+            Wide::None => self.bvh.bytes(),
+            Wide::Four(wide) => wide.bytes(),
+            Wide::Eight(wide) => wide.bytes(),
+        }
+    }
+
+    /// Traces one ray. For [`Query::Any`] the hit returned is [`Kernel::SOME_HIT`]: which triangle a search meets first
+    /// depends on the tree, whether there is one does not.
+    #[inline]
+    pub fn trace<P: TraceProbe>(&self, query: Query, ray: &Ray, scratch: &mut Scratch, probe: &mut P) -> Option<Hit> {
+        let (bvh, triangles) = (self.bvh, self.triangles);
+        match (self.kernel, query) {
+            (Kernel::Scalar, Query::Closest) => closest_hit::<WatertightRay, P>(bvh, triangles, ray, scratch, probe),
+            (Kernel::ScalarFast, Query::Closest) => closest_hit::<FastTest, P>(bvh, triangles, ray, scratch, probe),
+            (Kernel::FirstLeaf(options), Query::Closest) => first_leaf(bvh, triangles, ray, options, scratch, probe),
+            (Kernel::Scalar, Query::Any) => {
+                any_hit::<WatertightRay, P>(bvh, triangles, ray, scratch, probe).then_some(Kernel::SOME_HIT)
+            }
+            (Kernel::ScalarFast, Query::Any) => {
+                any_hit::<FastTest, P>(bvh, triangles, ray, scratch, probe).then_some(Kernel::SOME_HIT)
+            }
+            (Kernel::FirstLeaf(options), Query::Any) => {
+                first_leaf(bvh, triangles, ray, options, scratch, probe).map(|_| Kernel::SOME_HIT)
+            }
+            (Kernel::Wide { fast, .. }, query) => {
+                if !ray.is_traceable() {
+                    return None;
+                }
+                let Some(slabs) = Slabs::new(ray, &bvh.root().aabb) else {
+                    // Too large or too small for f32 distances: as kernel `scalar` does it, in f64.
+                    let kernel = if fast { Kernel::ScalarFast } else { Kernel::Scalar };
+                    return Self { kernel, wide: Wide::None, ..*self }.trace(query, ray, scratch, probe);
+                };
+                match (fast, query) {
+                    (false, Query::Closest) => self.search::<Closest, Watertight, P>(ray, &slabs, scratch, probe),
+                    (true, Query::Closest) => self.search::<Closest, Fast, P>(ray, &slabs, scratch, probe),
+                    (false, Query::Any) => self.search::<Any, Watertight, P>(ray, &slabs, scratch, probe),
+                    (true, Query::Any) => self.search::<Any, Fast, P>(ray, &slabs, scratch, probe),
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn search<G: super::closest::Goal, L: Leaves, P: TraceProbe>(
+        &self,
+        ray: &Ray,
+        slabs: &Slabs,
+        scratch: &mut Scratch,
+        probe: &mut P,
+    ) -> Option<Hit> {
+        let hit = match &self.wide {
+            Wide::Four(wide) => wide_hit::<4, G, L, P>(self.level, wide, ray, slabs, scratch, probe),
+            Wide::Eight(wide) => wide_hit::<8, G, L, P>(self.level, wide, ray, slabs, scratch, probe),
+            Wide::None => None,
+        };
+        if G::FIRST_IS_ENOUGH { hit.map(|_| Kernel::SOME_HIT) } else { hit }
+    }
+}

@@ -1,0 +1,148 @@
+//! The layout that the wide kernels walk: nodes that hold their children's boxes side by side, triangles in blocks of four.
+
+use crate::bvh::{Bvh, NodeKind};
+use crate::geom::{Aabb, Triangle};
+use crate::refine::collapse_optimally;
+
+/// Triangles of a block.
+pub(super) const BLOCK: usize = 4;
+
+/// Marks a child that is a leaf; the rest is its first block.
+pub(super) const LEAF: u32 = 1 << 31;
+
+/// Most triangles that the collapse of a binary tree may put into a leaf: those of one block.
+const MAX_LEAF: usize = BLOCK;
+
+/// A node: the boxes of at most `W` children.
+#[derive(Clone, Debug)]
+#[repr(C, align(32))]
+pub(super) struct WideNode<const W: usize> {
+    /// By axis, then minimum and maximum, then child. Children that are not there have empty boxes, which no ray enters.
+    pub bounds: [[[f32; W]; 2]; 3],
+    /// Index of a node, or [`LEAF`] and that of a block.
+    pub child: [u32; W],
+    /// How many children there are.
+    pub count: u32,
+}
+
+/// At most four triangles of a leaf.
+#[derive(Clone, Debug)]
+#[repr(C, align(16))]
+pub(super) struct Block {
+    /// By vertex, then axis, then triangle.
+    pub vertices: [[[f32; BLOCK]; 3]; 3],
+    pub ids: [u32; BLOCK],
+    /// How many triangles there are.
+    pub count: u32,
+    /// Whether the next block belongs to the same leaf.
+    pub more: bool,
+}
+
+impl Block {
+    const EMPTY: Self = Self { vertices: [[[0.0; BLOCK]; 3]; 3], ids: [u32::MAX; BLOCK], count: 0, more: false };
+
+    /// One of its triangles, as it is in the scene.
+    #[inline(always)]
+    pub fn triangle(&self, lane: usize) -> Triangle {
+        let vertex = |v: usize| glam::Vec3::from_array([0, 1, 2].map(|axis| self.vertices[v][axis][lane]));
+        Triangle { v: [vertex(0), vertex(1), vertex(2)] }
+    }
+}
+
+/// A tree as the wide kernels walk it.
+#[derive(Clone, Debug)]
+pub struct WideBvh<const W: usize> {
+    pub(super) nodes: Vec<WideNode<W>>,
+    pub(super) blocks: Vec<Block>,
+    pub(super) bounds: Aabb,
+    /// The most entries that a search has open at once.
+    pub(super) most_open: usize,
+}
+
+impl<const W: usize> WideBvh<W> {
+    /// Lays `bvh` out. A binary tree is collapsed to arity `W` by cost first, a node of more than `W` children is divided;
+    /// others are taken as they are. Leaves without triangles go.
+    ///
+    /// # Panics
+    /// On a triangle id beyond `triangles`.
+    pub fn new(bvh: &Bvh, triangles: &[Triangle]) -> Self {
+        let collapsed;
+        let bvh = if bvh.arity <= 2 {
+            collapsed = collapse_optimally(bvh, W, MAX_LEAF);
+            &collapsed
+        } else {
+            bvh
+        };
+        let mut wide = Self { nodes: Vec::new(), blocks: Vec::new(), bounds: bvh.root().aabb, most_open: 0 };
+        // What stands below each node still to be made: nodes of the tree, side by side; and its depth.
+        let mut pending: Vec<(usize, Vec<usize>, usize)> = Vec::new();
+        let top = match bvh.nodes[0].kind() {
+            NodeKind::Leaf(_) => vec![0],
+            NodeKind::Inner(children) => children.collect(),
+        };
+        wide.nodes.push(WideNode::EMPTY);
+        pending.push((0, top, 1));
+        while let Some((place, below, depth)) = pending.pop() {
+            wide.most_open = wide.most_open.max(depth * (W - 1) + 1);
+            let mut node = WideNode::EMPTY;
+            // More than there is room for: neighbours share a child.
+            let together = below.len().div_ceil(W);
+            for group in below.chunks(together.max(1)) {
+                let child = match group {
+                    [one] => match bvh.nodes[*one].kind() {
+                        NodeKind::Leaf(slots) if slots.is_empty() => continue,
+                        NodeKind::Leaf(slots) => LEAF | wide.push_leaf(&bvh.triangle_ids[slots], triangles),
+                        NodeKind::Inner(children) => wide.push_node(&mut pending, children.collect(), depth + 1),
+                    },
+                    several => wide.push_node(&mut pending, several.to_vec(), depth + 1),
+                };
+                let aabb = Aabb::union_of(group.iter().map(|&n| &bvh.nodes[n].aabb));
+                node.put(child, &aabb);
+            }
+            wide.nodes[place] = node;
+        }
+        wide
+    }
+
+    fn push_node(&mut self, pending: &mut Vec<(usize, Vec<usize>, usize)>, below: Vec<usize>, depth: usize) -> u32 {
+        let place = self.nodes.len();
+        self.nodes.push(WideNode::EMPTY);
+        pending.push((place, below, depth));
+        u32::try_from(place).ok().filter(|p| p & LEAF == 0).expect("more than 2³¹ nodes")
+    }
+
+    fn push_leaf(&mut self, ids: &[u32], triangles: &[Triangle]) -> u32 {
+        let first = self.blocks.len();
+        for some in ids.chunks(BLOCK) {
+            let mut block = Block { count: some.len() as u32, more: true, ..Block::EMPTY };
+            for (lane, &id) in some.iter().enumerate() {
+                block.ids[lane] = id;
+                for (vertex, v) in triangles[id as usize].v.iter().enumerate() {
+                    (0..3).for_each(|axis| block.vertices[vertex][axis][lane] = v[axis]);
+                }
+            }
+            self.blocks.push(block);
+        }
+        self.blocks.last_mut().expect("a leaf with triangles").more = false;
+        u32::try_from(first).ok().filter(|f| f & LEAF == 0).expect("more than 2³¹ blocks")
+    }
+
+    /// Bytes of nodes and blocks; the scene's triangles are not needed besides.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
+    }
+}
+
+impl<const W: usize> WideNode<W> {
+    const EMPTY: Self =
+        Self { bounds: [[[f32::INFINITY; W], [f32::NEG_INFINITY; W]]; 3], child: [u32::MAX; W], count: 0 };
+
+    fn put(&mut self, child: u32, aabb: &Aabb) {
+        let lane = self.count as usize;
+        self.child[lane] = child;
+        for axis in 0..3 {
+            (self.bounds[axis][0][lane], self.bounds[axis][1][lane]) = (aabb.min[axis], aabb.max[axis]);
+        }
+        self.count += 1;
+    }
+}

@@ -1,0 +1,21 @@
+//! Kernels `bvh4` and `bvh8`: four or eight boxes at a time, four triangles at a time, nearest child first.
+//!
+//! The answer is that of kernel `scalar`, bit for bit, and for the same reason (see `closest.rs`): boxes are tested by the
+//! same arithmetic, lane by lane, so the test stays conservative and monotone; a triangle counts by the same f64 test and
+//! within its own box. Only candidates come to that test: those that the f32 filter, which never leaves out a hit, lets pass
+//! (`filter.rs`). Kernels `bvh4-fast` and `bvh8-fast` end at f32: Möller–Trumbore, four at a time, as most renderers do.
+//!
+//! Rays for which f32 distances would over- or underflow go to `scalar`'s f64 boxes, through the tree that the layout was
+//! made from.
+
+mod filter;
+mod layout;
+mod pack;
+mod search;
+
+#[cfg(test)]
+mod tests;
+
+pub use layout::WideBvh;
+
+pub(super) use search::{Leaves, wide_hit};
