@@ -53,7 +53,8 @@ pub struct BuildReport {
     /// Only where asked for.
     pub lcv: Option<f64>,
     pub bytes: Option<usize>,
-    pub q8_duplicated: Option<usize>,
+    /// Triangles in more than one leaf, by spatial splits or rule Q8.
+    pub duplicated: Option<usize>,
     pub q8_hidden: Option<usize>,
     pub counters: BTreeMap<&'static str, u64>,
     pub refit: Option<RefitReport>,
@@ -112,7 +113,7 @@ impl BuildReport {
         self.sah = sah(bvh, SahParams::default());
         self.epo = (scene.triangles.len() <= EPO_LIMIT).then(|| epo(bvh, &scene.triangles)).flatten();
         self.bytes = Some(tree.bytes);
-        self.q8_duplicated = Some(coverage.duplicated);
+        self.duplicated = Some(coverage.duplicated);
         self.q8_hidden = Some(coverage.hidden);
     }
 
@@ -145,7 +146,7 @@ impl BuildReport {
             epo: None,
             lcv: None,
             bytes: None,
-            q8_duplicated: None,
+            duplicated: None,
             q8_hidden: None,
             counters: BTreeMap::new(),
             refit: None,
@@ -343,10 +344,10 @@ fn text(r: &BuildReport) -> String {
         let references: usize = r.leaf_histogram.iter().flatten().enumerate().map(|(size, leaves)| size * leaves).sum();
         let repeats = references > r.triangles && r.q8_hidden == Some(0);
         if find(r.builder).map_or(repeats, |builder| builder.spatial) {
-            let several = count(r.q8_duplicated);
+            let several = count(r.duplicated);
             lines.push(format!("references  {references}, {several} triangles in more than one leaf"));
-        } else if r.q8_duplicated.unwrap_or(0) + r.q8_hidden.unwrap_or(0) > 0 {
-            let (twice, hidden) = (count(r.q8_duplicated), count(r.q8_hidden));
+        } else if r.duplicated.unwrap_or(0) + r.q8_hidden.unwrap_or(0) > 0 {
+            let (twice, hidden) = (count(r.duplicated), count(r.q8_hidden));
             lines.push(format!("rule Q8     {twice} triangles in more than one leaf, {hidden} hidden from rays"));
         }
         for (work, n) in &r.counters {

@@ -23,10 +23,15 @@ pub fn leaf_count_rays(scene: &Scene, bvh: &Bvh) -> Vec<Ray> {
     let mut hits = Vec::new();
     let tracer = Tracer::new(Kernel::Scalar, bvh, &scene.triangles);
     trace_batch(&Batch { tracer: &tracer, query: Query::Closest, rays: &rays }, &mut hits);
-    for (ray, hit) in rays.iter_mut().zip(&hits).filter(|(_, hit)| hit.is_hit()) {
+    end_at_hits(&mut rays, &hits);
+    rays
+}
+
+/// Lets every ray that hits something end there.
+pub(super) fn end_at_hits(rays: &mut [Ray], hits: &[HitRecord]) {
+    for (ray, hit) in rays.iter_mut().zip(hits).filter(|(_, hit)| hit.is_hit()) {
         ray.t_max = beyond(hit);
     }
-    rays
 }
 
 /// A hair beyond the hit, so that the leaf that is hit counts however t was rounded.

@@ -4,6 +4,7 @@
 //! says so. Here leaves are taken apart into single triangles, by the sweeps of MacDonald and Booth 1990, and made anew where the
 //! surface area heuristic wants them ([`open_leaves`]): what is left to compare is the tree above.
 
+use super::bottom_up::unite;
 use super::open_leaves;
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
@@ -39,9 +40,7 @@ pub fn equal_leaves(bvh: &Bvh, boxes: &[Aabb], max_leaf: usize) -> Bvh {
             pending.extend([(first + 1, middle..range.end), (first, range.start..middle)]);
         }
     }
-    for index in (0..nodes.len()).rev().filter(|&i| !nodes[i].is_leaf()).collect::<Vec<_>>() {
-        nodes[index].aabb = Aabb::union_of(nodes[nodes[index].range()].iter().map(|n| &n.aabb));
-    }
+    unite(&mut nodes, |leaf| leaf.aabb);
     open_leaves(&Bvh { nodes, triangle_ids, arity: 2 }, max_leaf)
 }
 

@@ -6,6 +6,7 @@
 //! above what the best form of its subtree costs. Every subtree is decided on its own, so the outcome is the cheapest tree
 //! that can be had by turning subtrees into leaves.
 
+use super::bottom_up::bottom_up;
 use super::layout::depth_first;
 use crate::bvh::Bvh;
 
@@ -16,35 +17,42 @@ use crate::bvh::Bvh;
 /// once in the leaf that replaces it, whose box is that of the subtree. The output stands in depth-first order, siblings
 /// next to each other. Time is O(nodes).
 pub fn open_leaves(bvh: &Bvh, max_leaf: usize) -> Bvh {
-    let closed = decide(bvh, max_leaf);
+    let best = decide(bvh, max_leaf);
     depth_first(bvh, bvh.arity, |index, children| {
-        if !closed[index] {
+        if !best[index].closed {
             children.extend(bvh.children(index));
         }
     })
 }
 
-/// For every node, whether it is a leaf of the outcome (if it is reached).
-fn decide(bvh: &Bvh, max_leaf: usize) -> Vec<bool> {
-    let mut closed = vec![false; bvh.nodes.len()];
-    let mut costs = vec![0.0f64; bvh.nodes.len()];
-    let mut references = vec![0usize; bvh.nodes.len()];
-    // Children stand behind their parents.
-    for (index, node) in bvh.nodes.iter().enumerate().rev() {
-        let area = node.aabb.surface_area();
-        let as_leaf = |n: usize| area * n as f64;
-        if node.is_leaf() {
-            (references[index], costs[index], closed[index]) = (node.count(), as_leaf(node.count()), true);
-            continue;
-        }
-        let children = node.range();
-        let n = references[children.clone()].iter().sum();
-        let open = area + costs[children].iter().sum::<f64>();
-        closed[index] = n <= max_leaf && as_leaf(n) <= open;
-        references[index] = n;
-        costs[index] = if closed[index] { as_leaf(n) } else { open };
-    }
-    closed
+/// What is best for a subtree.
+#[derive(Clone, Copy, Default)]
+struct Best {
+    /// Whether it is a leaf.
+    closed: bool,
+    references: usize,
+    cost: f64,
+}
+
+/// For every node, what it is in the outcome (if it is reached).
+fn decide(bvh: &Bvh, max_leaf: usize) -> Vec<Best> {
+    let mut all = vec![Best::default(); bvh.nodes.len()];
+    bottom_up(
+        &mut all,
+        1,
+        |index, _| bvh.children(index),
+        |index, own, below| {
+            let node = &bvh.nodes[index];
+            let area = node.aabb.surface_area();
+            let references =
+                if node.is_leaf() { node.count() } else { below.iter().map(|child| child.references).sum() };
+            let as_leaf = area * references as f64;
+            let open = area + below.iter().map(|child| child.cost).sum::<f64>();
+            let closed = node.is_leaf() || references <= max_leaf && as_leaf <= open;
+            own[0] = Best { closed, references, cost: if closed { as_leaf } else { open } };
+        },
+    );
+    all
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Refinement: from a tree to a tree. Each step is one file and one entry of [`STEPS`].
 
+mod bottom_up;
 mod collapse;
 mod dynamic;
 mod equal_leaves;
@@ -8,6 +9,8 @@ mod leaves;
 mod refit;
 mod reinsertion;
 mod rotations;
+#[cfg(test)]
+mod testing;
 mod treelets;
 mod watch;
 

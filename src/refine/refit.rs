@@ -7,18 +7,15 @@
 //! much is the growth of the tree's cost, [`crate::cost::sah`]: over that before, or, as the area of the root changes too, over that
 //! of a fresh tree.
 
+use super::bottom_up::unite;
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
-use rayon::prelude::*;
-
-/// Nodes that one thread takes at a time.
-const CHUNK: usize = 4096;
 
 /// Gives every leaf the union of the boxes of its triangles (by id) and every inner node that of its children, in time linear in
 /// nodes and slots. Any tree of any arity will do if children stand behind their parents; the boxes that it had do not matter.
 /// A leaf without triangles gets [`Aabb::EMPTY`], which no ray enters.
 ///
-/// Leaves are done in parallel: theirs is most of the work, as their triangles lie anywhere. A triangle that spatial splits
+/// All threads share the work where subtrees stand in one piece, as in trees from here. A triangle that spatial splits
 /// have put into several leaves counts with all of its box in each, so such a tree loses what the splits had won; nodes of
 /// the thesis' rule Q8 become tight like all others.
 ///
@@ -26,17 +23,7 @@ const CHUNK: usize = 4096;
 /// On a triangle id beyond `boxes`.
 pub fn refit(bvh: &mut Bvh, boxes: &[Aabb]) {
     let ids = &bvh.triangle_ids;
-    bvh.nodes.par_chunks_mut(CHUNK).for_each(|nodes| {
-        for leaf in nodes.iter_mut().filter(|n| n.is_leaf()) {
-            leaf.aabb = Aabb::union_of(ids[leaf.range()].iter().map(|&id| &boxes[id as usize]));
-        }
-    });
-    // Children stand behind their parents: from the back, they have their boxes when they are asked for them.
-    for index in (0..bvh.nodes.len()).rev() {
-        if !bvh.nodes[index].is_leaf() {
-            bvh.nodes[index].aabb = Aabb::union_of(bvh.nodes[bvh.nodes[index].range()].iter().map(|n| &n.aabb));
-        }
-    }
+    unite(&mut bvh.nodes, |leaf| Aabb::union_of(ids[leaf.range()].iter().map(|&id| &boxes[id as usize])));
 }
 
 #[cfg(test)]

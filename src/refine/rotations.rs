@@ -12,7 +12,7 @@
 //! Deviations: no simulated annealing; children that are leaves swap as others do.
 
 use super::Watch;
-use super::dynamic::Dynamic;
+use super::dynamic::{Dynamic, Passes, Tally, Visit};
 use crate::bvh::Bvh;
 
 /// Passes end when one has lowered the cost by no more than this part.
@@ -21,54 +21,50 @@ const LEAST_GAIN: f64 = 1e-4;
 /// The most passes.
 const MOST_PASSES: usize = 64;
 
-/// Nodes between two looks at the watch.
-const BATCH: usize = 1 << 12;
-
 /// Rotates nodes of the binary tree as long as that lowers its SAH: the one which it has once [`super::open_leaves`] has made
 /// leaves of at most `max_leaf` triangles; it never rises. Leaves stay as they are.
 ///
 /// Returns the input where there is nothing to rotate: in a tree of one or two leaves, or one that is not binary. Time is
-/// O(nodes) a pass, by one thread.
+/// O(nodes) a pass.
 pub fn rotate(bvh: &Bvh, max_leaf: usize, watch: &mut Watch) -> Bvh {
     climb(bvh, max_leaf, LEAST_GAIN, watch)
 }
 
 /// Passes until one lowers the cost by no more than the part `least`.
 fn climb(bvh: &Bvh, max_leaf: usize, least: f64, watch: &mut Watch) -> Bvh {
-    let Some(mut tree) = Dynamic::new(bvh, max_leaf) else { return bvh.clone() };
+    let Some(tree) = Dynamic::new(bvh, max_leaf) else { return bvh.clone() };
     let mut cost = tree.cost();
+    let mut passes = Passes::<Rotations>::over(tree);
     for _ in 0..MOST_PASSES {
-        let gain = pass(&mut tree, watch);
+        let gain = passes.pass(watch);
         cost -= gain;
         if watch.stopped() || gain <= least * cost {
             break;
         }
     }
-    tree.finish()
+    passes.tree().finish()
 }
 
-/// Visits all inner nodes: what the cost lost.
-fn pass(tree: &mut Dynamic, watch: &mut Watch) -> f64 {
-    // Rotations move what is deeper than their node alone, and so was visited.
-    let order = tree.deepest_first();
-    let mut gain = 0.0;
-    for batch in order.chunks(BATCH) {
-        for &slot in batch {
-            let Some((a, b)) = best(tree, slot) else { continue };
-            let gained = tree.swap(a, b);
-            if gained > 0.0 {
-                gain += gained;
-                watch.moves += 1;
-            } else {
-                tree.swap(a, b);
-            }
-        }
-        watch.stepped(batch.len() as u64);
-        if !watch.go_on() {
-            break;
-        }
+/// Makes rotations.
+struct Rotations;
+
+impl Visit for Rotations {
+    type Mark = ();
+
+    fn since(_: u32) -> Self {
+        Self
     }
-    gain
+
+    fn visit(&mut self, tree: &mut Dynamic, _: &mut [()], slot: u32) -> Tally {
+        let nothing = Tally { steps: 1, ..Tally::default() };
+        let Some((a, b)) = best(tree, slot) else { return nothing };
+        let gain = tree.swap(a, b);
+        if gain > 0.0 {
+            return Tally { gain, moves: 1, ..nothing };
+        }
+        tree.swap(a, b);
+        nothing
+    }
 }
 
 /// The two slots whose swap makes the boxes of the node's children smallest, if any makes them smaller.
@@ -100,23 +96,13 @@ fn best(tree: &Dynamic, slot: u32) -> Option<(u32, u32)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::testing::{boxes, median_split, random_tree, soup, tighten};
+    use crate::bvh::testing::{boxes, random_tree, soup, tighten};
     use crate::bvh::{Limits, Node, tree_hash, validate};
-    use crate::cost::{SahParams, sah};
     use crate::geom::Aabb;
     use crate::refine::dynamic::ROOT;
-    use crate::refine::open_leaves;
+    use crate::refine::testing::{applied, hard_cases_end_soon, never_above_the_input};
     use glam::Vec3;
     use proptest::prelude::*;
-
-    fn cost(bvh: &Bvh) -> f64 {
-        sah(bvh, SahParams::default()).unwrap_or(0.0)
-    }
-
-    fn rotated(bvh: &Bvh, max_leaf: usize) -> Bvh {
-        let mut go_on = |_| true;
-        rotate(bvh, max_leaf, &mut Watch::new(&mut go_on))
-    }
 
     /// Root over ((a, b), (c, d)), a box on the x axis at each place.
     fn four(places: [f32; 4]) -> (Bvh, Vec<Aabb>) {
@@ -134,13 +120,13 @@ mod tests {
         // Neighbours in either order of the second pair.
         for places in [[0.0, 8.0, 1.0, 9.0], [0.0, 8.0, 9.0, 1.0], [8.0, 0.0, 9.0, 1.0], [8.0, 0.0, 1.0, 9.0]] {
             let (bvh, boxes) = four(places);
-            let better = rotated(&bvh, 1);
+            let better = applied(rotate, &bvh, 1);
             assert!(validate(&better, &boxes, &Limits::default()).is_ok());
             let areas: Vec<_> = better.children(0).map(|child| better.nodes[child].aabb.surface_area()).collect();
             assert_eq!(areas, [10.0, 10.0]);
         }
         let (best, _) = four([0.0, 1.0, 8.0, 9.0]);
-        assert_eq!(tree_hash(&rotated(&best, 1)), tree_hash(&best));
+        assert_eq!(tree_hash(&applied(rotate, &best, 1)), tree_hash(&best));
     }
 
     #[test]
@@ -156,7 +142,7 @@ mod tests {
             let nodes = vec![Node::inner(Aabb::EMPTY, 1, 2), left, right, leaves[0], leaves[1]];
             let mut bvh = Bvh { nodes, triangle_ids: vec![0, 1, 2], arity: 2 };
             tighten(&mut bvh, &boxes);
-            let better = rotated(&bvh, 1);
+            let better = applied(rotate, &bvh, 1);
             assert!(validate(&better, &boxes, &Limits::default()).is_ok());
             let inner = better.children(0).find(|&child| !better.nodes[child].is_leaf()).unwrap();
             assert_eq!(better.nodes[inner].aabb.surface_area(), 10.0);
@@ -165,14 +151,8 @@ mod tests {
 
     proptest! {
         #[test]
-        fn never_above_the_input(seed: u64, n in 1usize..200, size in 0.01f32..0.5, max_leaf in 1usize..6) {
-            let boxes = boxes(&soup(seed, n, size));
-            for bvh in [random_tree(seed, &boxes, 2, 1), median_split(&boxes, 1)] {
-                let better = rotated(&bvh, max_leaf);
-                prop_assert!(validate(&better, &boxes, &Limits::default()).is_ok());
-                let (old, new) = (cost(&open_leaves(&bvh, max_leaf)), cost(&open_leaves(&better, max_leaf)));
-                prop_assert!(new <= old * (1.0 + 1e-12), "{new} {old}");
-            }
+        fn never_above(seed: u64, n in 1usize..200, size in 0.01f32..0.5, max_leaf in 1usize..6) {
+            never_above_the_input(rotate, seed, (n, size), max_leaf)?;
         }
 
         /// No swap of any child and grandchild that remains would gain more than rounding hides.
@@ -198,14 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn hard_cases_end_soon() {
-        let size = |i: usize| 2f32.powf(60.0 - 120.0 * i as f32 / 3000.0);
-        let nested: Vec<_> = (0..3000).map(|i| Aabb::new(Vec3::splat(-size(i)), Vec3::splat(size(i)))).collect();
-        for boxes in [nested, vec![Aabb::new(Vec3::ZERO, Vec3::ONE); 3000]] {
-            let bvh = random_tree(3, &boxes, 2, 1);
-            let better = open_leaves(&rotated(&bvh, 4), 4);
-            assert!(validate(&better, &boxes, &Limits::default()).is_ok());
-            assert!(cost(&better) <= cost(&open_leaves(&bvh, 4)) * (1.0 + 1e-12));
-        }
+    fn hard_cases() {
+        hard_cases_end_soon(rotate);
     }
 }

@@ -34,7 +34,7 @@ const METRICS: &[Metric] = &[
     Metric { name: "build_ms", under: Under::Build, of: |r| r.build_ms },
     Metric { name: "sah", under: Under::Anything, of: |r| r.sah },
     Metric { name: "epo", under: Under::Anything, of: |r| r.epo },
-    Metric { name: "lcv", under: Under::Anything, of: |r| r.lcv },
+    Metric { name: "lcv", under: Under::Rays, of: |r| r.lcv },
     Metric { name: "inner", under: Under::Anything, of: |r| float(r.inner) },
     Metric { name: "leaves", under: Under::Anything, of: |r| float(r.leaves) },
     Metric { name: "max_depth", under: Under::Anything, of: |r| float(r.max_depth) },
@@ -203,7 +203,12 @@ fn different_conditions(under: Under, row: &CompareRow, base: &CompareRow) -> Op
         let (now, then) = (now.to_string(), then.to_string());
         (now != then).then(|| format!("{what} {now} now, {then} in the baseline"))
     };
-    let rays = || differ("kernel", &row.kernel, &base.kernel).or_else(|| differ("pixels", &row.pixels, &base.pixels));
+    let rays = || {
+        differ("kernel", &row.kernel, &base.kernel)
+            .or_else(|| differ("pixels", &row.pixels, &base.pixels))
+            .or_else(|| differ("primary rays", &row.primary_rays, &base.primary_rays))
+            .or_else(|| differ("diffuse rays", &row.diffuse_rays, &base.diffuse_rays))
+    };
     match under {
         Under::Anything => None,
         Under::Build => differ("threads", &row.threads, &base.threads),

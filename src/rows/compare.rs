@@ -77,7 +77,7 @@ pub struct CompareRow {
     pub kernel: String,
     /// Pixels that primary rays go through, and diffuse ones start from, such as `512x512`.
     pub pixels: String,
-    /// Primary rays.
+    /// Primary rays; fewer than pixels where a pass would take minutes.
     pub primary_rays: usize,
     /// Nodes entered, inner and leaf.
     pub primary_nodes: Option<f64>,

@@ -173,7 +173,7 @@ pub struct BuildRow {
     pub original_list_steps: Option<u64>,
     /// Nodes that rule Q8 applied to.
     pub q8_nodes: u64,
-    /// Triangles that stand in more than one leaf (rule Q8, spatial splits).
+    /// Triangles that stand in more than one leaf, by rule Q8: no builder of the study has spatial splits.
     pub q8_duplicated: Option<usize>,
     /// Triangles some leaf of which lies outside their box, so that rays can miss them (rule Q8).
     pub q8_hidden: Option<usize>,

@@ -23,7 +23,7 @@ fn a_tree_from_its_file_is_the_tree_that_was_built() {
         assert!(built["tree"].is_null() && read["preset"].is_null() && read["build_ms"]["median"].is_null(), "{read}");
         let fields =
             ["inner", "leaves", "empty", "avg_degree", "max_depth", "max_leaf", "leaf_histogram", "sah", "epo"];
-        for field in fields.iter().chain(&["arity", "tree_hash", "lcv", "bytes", "q8_duplicated", "q8_hidden"]) {
+        for field in fields.iter().chain(&["arity", "tree_hash", "lcv", "bytes", "duplicated", "q8_hidden"]) {
             assert_eq!(built[field], read[field], "{tree} {field}");
         }
         assert!(number(&read, "lcv") > 0.0);

@@ -36,7 +36,8 @@ struct Entry<'a> {
     epo: Option<f64>,
     lcv: Option<f64>,
     bytes: Option<usize>,
-    q8_duplicated: Option<usize>,
+    /// Triangles in more than one leaf, by spatial splits or rule Q8.
+    duplicated: Option<usize>,
     q8_hidden: Option<usize>,
     counters: Map<String, Value>,
     /// Primary rays.
@@ -138,7 +139,7 @@ impl<'a> Entry<'a> {
             epo: r.epo,
             lcv: r.lcv,
             bytes: r.bytes,
-            q8_duplicated: r.duplicated,
+            duplicated: r.duplicated,
             q8_hidden: r.hidden,
             counters: r.work().map(|(kind, n)| (kind.to_owned(), n.into())).collect(),
             nodes_per_ray: r.primary_nodes,

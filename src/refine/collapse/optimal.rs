@@ -13,7 +13,9 @@
 //! **Ties.** A leaf rather than an inner node, fewer nodes rather than more, fewer on the left.
 
 use crate::bvh::Bvh;
+use crate::refine::bottom_up::bottom_up;
 use crate::refine::layout::depth_first;
+use rayon::prelude::*;
 
 /// The cheapest tree of arity at most `arity` that can be had from the binary tree by leaving out inner nodes and by turning
 /// subtrees of at most `max_leaf` triangles into leaves. Leaves that hold more already stay as they are; children stand
@@ -28,7 +30,7 @@ pub fn collapse_optimally(bvh: &Bvh, arity: usize, max_leaf: usize) -> Bvh {
     let table = Table::new(bvh, arity, max_leaf);
     let mut open = Vec::new();
     depth_first(bvh, arity, |index, children| {
-        if table.closed[index] {
+        if bvh.nodes[index].is_leaf() || table.closes(index) {
             return;
         }
         table.distribute(index, arity, &mut open);
@@ -44,75 +46,96 @@ pub fn collapse_optimally(bvh: &Bvh, arity: usize, max_leaf: usize) -> Bvh {
 /// What every subtree costs with every number of nodes to stand for it.
 struct Table<'a> {
     bvh: &'a Bvh,
+    arity: usize,
+    /// What each subtree costs as one leaf; infinitely much where it must not be one.
+    as_leaf: Vec<f64>,
     /// C(n, i) at `width · n + i − 1`, for i to `width`.
     costs: Vec<f64>,
     /// Most nodes that one of two children can get: k − 1.
     width: usize,
-    /// Whether one node for the subtree is best a leaf.
-    closed: Vec<bool>,
 }
 
 impl<'a> Table<'a> {
     fn new(bvh: &'a Bvh, arity: usize, max_leaf: usize) -> Self {
         assert!(arity >= 2, "a node has two children or more");
         let (n, width) = (bvh.nodes.len(), arity - 1);
-        let mut table = Self { bvh, costs: vec![0.0; n * width], width, closed: vec![false; n] };
+        let children = |index: usize| bvh.children(index);
         let mut references = vec![0usize; n];
-        // Children stand behind their parents.
-        for (index, node) in bvh.nodes.iter().enumerate().rev() {
-            let area = node.aabb.surface_area();
-            let (before, own) = (index * width, index * width..(index + 1) * width);
-            if node.is_leaf() {
-                (references[index], table.closed[index]) = (node.count(), true);
-                table.costs[own].fill(area * node.count() as f64);
-                continue;
-            }
-            references[index] = references[node.range()].iter().sum();
-            let as_leaf = if references[index] <= max_leaf { area * references[index] as f64 } else { f64::INFINITY };
-            let open = area + table.distributed(index, arity).0;
-            table.closed[index] = as_leaf <= open;
-            table.costs[before] = as_leaf.min(open);
-            for nodes in 2..=width {
-                table.costs[before + nodes - 1] =
-                    table.costs[before + nodes - 2].min(table.distributed(index, nodes).0);
-            }
-        }
-        table
+        bottom_up(
+            &mut references,
+            1,
+            |index, _| children(index),
+            |index, own, below| {
+                let node = &bvh.nodes[index];
+                own[0] = if node.is_leaf() { node.count() } else { below.iter().sum() };
+            },
+        );
+        let as_leaf = bvh.nodes.par_iter().zip(&references).map(|(node, &n)| {
+            let may = node.is_leaf() || n <= max_leaf;
+            if may { node.aabb.surface_area() * n as f64 } else { f64::INFINITY }
+        });
+        let as_leaf: Vec<f64> = as_leaf.collect();
+        let mut costs = vec![0.0; n * width];
+        bottom_up(
+            &mut costs,
+            width,
+            |index, _| children(index),
+            |index, own, below| {
+                if below.is_empty() {
+                    return own.fill(as_leaf[index]);
+                }
+                assert!(
+                    below.len() <= 2 * width,
+                    "node {index} has more than two children; the collapse is of binary trees"
+                );
+                let open = bvh.nodes[index].aabb.surface_area() + distributed(below, width, arity).0;
+                own[0] = as_leaf[index].min(open);
+                for nodes in 2..=width {
+                    own[nodes - 1] = own[nodes - 2].min(distributed(below, width, nodes).0);
+                }
+            },
+        );
+        Self { bvh, arity, as_leaf, costs, width }
     }
 
-    /// C(`node`, 1) and so on.
-    fn of(&self, node: usize) -> &[f64] {
-        &self.costs[node * self.width..(node + 1) * self.width]
-    }
-
-    /// D(`node`, `nodes`) for two nodes or more, and how many of them the left child gets.
-    fn distributed(&self, node: usize, nodes: usize) -> (f64, usize) {
+    /// C(n, 1) and so on of all children of a node.
+    fn below(&self, node: usize) -> &[f64] {
         let children = self.bvh.children(node);
-        assert!(children.len() <= 2, "node {node} has {} children; the collapse is of binary trees", children.len());
-        let left = self.of(children.start);
-        if children.len() == 1 {
-            return (left[nodes.min(self.width) - 1], nodes.min(self.width));
-        }
-        let right = &self.of(children.start + 1)[..nodes - 1];
-        let sums = left.iter().zip(right.iter().rev()).map(|(l, r)| l + r).zip(1..);
-        sums.fold((f64::INFINITY, 1), |best, one| if one.0 < best.0 { one } else { best })
+        &self.costs[children.start * self.width..children.end * self.width]
+    }
+
+    /// Whether one node for the subtree is best a leaf.
+    fn closes(&self, node: usize) -> bool {
+        let open = self.bvh.nodes[node].aabb.surface_area() + distributed(self.below(node), self.width, self.arity).0;
+        self.as_leaf[node] <= open
     }
 
     /// The fewest nodes that stand for the subtree as cheaply as so many may.
     fn fewest(&self, node: usize, nodes: usize) -> usize {
-        let costs = &self.of(node)[..nodes];
+        let costs = &self.costs[node * self.width..][..nodes];
         1 + costs.iter().position(|&cost| cost == costs[nodes - 1]).expect("the cost of all of them is among them")
     }
 
     /// Puts the children of `node` on the stack with the nodes that each gets, the left one on top.
     fn distribute(&self, node: usize, nodes: usize, stack: &mut Vec<(usize, usize)>) {
         let children = self.bvh.children(node);
-        let left = self.distributed(node, nodes).1;
+        let left = distributed(self.below(node), self.width, nodes).1;
         if children.len() == 2 {
             stack.push((children.start + 1, nodes - left));
         }
         stack.push((children.start, left));
     }
+}
+
+/// D(n, `nodes`) for two nodes or more, from the `width` costs of each of the children of n; and how many of them the left one
+/// gets.
+fn distributed(below: &[f64], width: usize, nodes: usize) -> (f64, usize) {
+    let (left, right) = below.split_at(width);
+    if right.is_empty() {
+        return (left[nodes.min(width) - 1], nodes.min(width));
+    }
+    let sums = left.iter().zip(right[..nodes - 1].iter().rev()).map(|(l, r)| l + r).zip(1..);
+    sums.fold((f64::INFINITY, 1), |best, one| if one.0 < best.0 { one } else { best })
 }
 
 #[cfg(test)]

@@ -4,12 +4,15 @@
 //! tree scaled by a power of two, so that the root's largest extent is about 1: nothing of any size is rounded, areas can be
 //! taken in f32, and scenes of all sizes get the same tree.
 
+mod passes;
 mod slot;
 
+pub(super) use passes::{Passes, Tally, Visit};
 pub(super) use slot::{NONE, ROOT, Wide};
 
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
+use crate::refine::bottom_up::{bottom_up, unite};
 use glam::Vec3;
 use slot::{LEAF, Slot};
 
@@ -54,7 +57,7 @@ impl<'a> Dynamic<'a> {
         let extent = input.root().aabb.extent().max_element();
         let scale = if extent > 0.0 { libm::exp2(-f64::from(libm::ilogb(extent))) } else { 1.0 };
         let scaled = |v: Vec3| (v.as_dvec3() * scale).as_vec3().to_array();
-        let mut slots = vec![Slot { min: [0.0; 3], parent: NONE, max: [0.0; 3], link: NONE }; input.nodes.len() + 1];
+        let mut slots = vec![Slot::EMPTY; input.nodes.len() + 1];
         // The nodes' slots, in the order of the nodes: children stand behind their parents.
         let mut slot_of = vec![ROOT; input.nodes.len()];
         let mut free = 2;
@@ -71,9 +74,20 @@ impl<'a> Dynamic<'a> {
         }
         let sums = vec![Sum::default(); slots.len()];
         let mut tree = Self { input, slots, sums, max_leaf: max_leaf.clamp(1, 1 << 20) as u32 };
-        for &slot in slot_of.iter().rev() {
-            tree.sums[slot as usize] = tree.sum(slot);
-        }
+        let mut sums = std::mem::take(&mut tree.sums);
+        let pair = |slot: u32| tree.at(slot).pair().map_or(0..0, |pair| pair as usize..pair as usize + 2);
+        // Pairs stand behind their parents so far. Slot 1 is not looked at: it holds a leaf without triangles.
+        bottom_up(
+            &mut sums,
+            1,
+            |slot, _| pair(slot as u32),
+            |slot, own, below| {
+                if slot != 1 {
+                    own[0] = tree.sum_over(slot as u32, below);
+                }
+            },
+        );
+        tree.sums = sums;
         Some(tree)
     }
 
@@ -107,14 +121,19 @@ impl<'a> Dynamic<'a> {
 
     /// The sum of a subtree from those of its children.
     fn sum(&self, slot: u32) -> Sum {
+        let pair = self.at(slot).pair().map_or(0..0, |pair| pair as usize..pair as usize + 2);
+        self.sum_over(slot, &self.sums[pair])
+    }
+
+    /// The same, of children with these sums.
+    fn sum_over(&self, slot: u32, below: &[Sum]) -> Sum {
         let area = self.at(slot).wide().exact_half_area();
-        let Some(pair) = self.at(slot).pair() else {
+        let [left, right] = below else {
             let leaf = (self.at(slot).link & !LEAF) as usize;
             let triangles = self.input.nodes[leaf].count();
             let (triangles, cost) = (self.at_most_too_many(triangles), area * triangles as f64);
             return Sum { triangles, cost, bonus: 0.0 };
         };
-        let [left, right] = [0, 1].map(|side| self.sums[(pair + side) as usize]);
         let triangles = self.at_most_too_many((left.triangles + right.triangles) as usize);
         if triangles > self.max_leaf {
             return Sum { triangles, cost: 0.0, bonus: 0.0 };
@@ -223,18 +242,6 @@ impl<'a> Dynamic<'a> {
         self.tighten(self.at(b).parent) + self.tighten(self.at(a).parent)
     }
 
-    /// All slots, from the deepest level up, on each level from the right.
-    pub fn deepest_first(&self) -> Vec<u32> {
-        let mut order = vec![ROOT];
-        let mut done = 0;
-        while let Some(&slot) = order.get(done) {
-            order.extend(self.at(slot).pair().into_iter().flat_map(|pair| [pair, pair + 1]));
-            done += 1;
-        }
-        order.reverse();
-        order
-    }
-
     /// Gives the treelet below `root`, which consists of `pairs` over `parts`, another shape: `splits` of sets of parts, each
     /// with the set on its left, those above before those below. Leaves it as it is where that is not cheaper. What the
     /// cost loses.
@@ -308,11 +315,7 @@ impl<'a> Dynamic<'a> {
                 pending.extend([(first + 1, link + 1), (first, link)]);
             }
         }
-        for index in (0..nodes.len()).rev() {
-            if !nodes[index].is_leaf() {
-                nodes[index].aabb = Aabb::union_of(nodes[nodes[index].range()].iter().map(|node| &node.aabb));
-            }
-        }
+        unite(&mut nodes, |leaf| leaf.aabb);
         Bvh { nodes, triangle_ids, arity: self.input.arity }
     }
 }

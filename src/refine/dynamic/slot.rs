@@ -27,7 +27,7 @@ pub struct Slot {
 }
 
 /// A box in two registers, the last lanes 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wide {
     min: Vec4,
     max: Vec4,
@@ -64,6 +64,9 @@ impl Wide {
 }
 
 impl Slot {
+    /// Nothing.
+    pub const EMPTY: Self = Self { min: [0.0; 3], parent: NONE, max: [0.0; 3], link: NONE };
+
     /// The box.
     #[inline(always)]
     pub fn wide(&self) -> Wide {

@@ -4,15 +4,11 @@ use super::search::search;
 use super::*;
 use crate::bvh::testing::{boxes, median_split, random_tree, soup, tighten};
 use crate::bvh::{Limits, Node, tree_hash, validate};
-use crate::cost::{SahParams, sah};
 use crate::geom::Aabb;
 use crate::refine::open_leaves;
+use crate::refine::testing::{cost, hard_cases_end_soon};
 use glam::Vec3;
 use proptest::prelude::*;
-
-fn cost(bvh: &Bvh) -> f64 {
-    sah(bvh, SahParams::default()).unwrap_or(0.0)
-}
 
 fn refined(bvh: &Bvh, max_leaf: usize, params: &Reinsertion) -> Bvh {
     let mut go_on = |_| true;
@@ -123,22 +119,9 @@ fn a_leaf_far_from_its_sibling_by_hand() {
 }
 
 #[test]
-fn hard_cases_end_soon() {
-    let ratio = |n: i32| (0..n).map(move |i| 2f32.powf(60.0 - 120.0 * i as f32 / n as f32));
-    let nested: Vec<_> = ratio(3000).map(|size| Aabb::new(Vec3::splat(-size), Vec3::splat(size))).collect();
-    let coincident = vec![Aabb::new(Vec3::ZERO, Vec3::ONE); 3000];
-    let points = vec![Aabb::new(Vec3::ONE, Vec3::ONE); 100];
-    let huge: Vec<_> = in_a_unit_cube(7, 200, 0.3).iter().map(|b| Aabb::new(b.min * 1e19, b.max * 1e19)).collect();
-    let whole = [Aabb::new(Vec3::splat(f32::MIN), Vec3::splat(f32::MAX)); 5].into();
-    for boxes in [nested, coincident, points, huge, whole] {
-        for bvh in [median_split(&boxes, 1), random_tree(3, &boxes, 2, 1)] {
-            for params in [Reinsertion::default(), Reinsertion::PAIRS] {
-                let better = open_leaves(&refined(&bvh, 4, &params), 4);
-                assert!(validate(&better, &boxes, &Limits::default()).is_ok());
-                assert!(cost(&better) <= cost(&open_leaves(&bvh, 4)) * (1.0 + 1e-12));
-            }
-        }
-    }
+fn hard_cases() {
+    hard_cases_end_soon(|bvh, max_leaf, watch| reinsert(bvh, max_leaf, &Reinsertion::default(), watch));
+    hard_cases_end_soon(|bvh, max_leaf, watch| reinsert(bvh, max_leaf, &Reinsertion::PAIRS, watch));
 }
 
 #[test]
