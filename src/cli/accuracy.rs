@@ -4,7 +4,7 @@ use super::arguments::AccuracyArguments;
 use super::progress::Progress;
 use super::reproduce::{finish, keep_rows_when_interrupted};
 use super::{Failure, Outcome, wrong};
-use bvh_lab::lab::{ACCURACY_SCENES, AccuracyStudy, Part, StudyError};
+use bvh_lab::lab::{ACCURACY_BUDGET, ACCURACY_SCENES, AccuracyStudy, Part, StudyError};
 
 /// Runs the command.
 pub fn run(a: &AccuracyArguments) -> Outcome {
@@ -14,7 +14,7 @@ pub fn run(a: &AccuracyArguments) -> Outcome {
         rows: rows.clone(),
         scenes: if a.scenes.is_empty() { ACCURACY_SCENES.map(str::to_owned).to_vec() } else { a.scenes.clone() },
         parts: if a.only.is_empty() { Part::ALL.to_vec() } else { a.only.clone() },
-        budget: a.budget,
+        budget: a.budget.unwrap_or(ACCURACY_BUDGET),
         runs: a.runs.into(),
         threads: a.threads.into(),
         size: a.size,

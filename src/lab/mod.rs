@@ -22,7 +22,7 @@ mod trace_cell;
 mod twin;
 mod work;
 
-pub use accuracy::{ACCURACY_BUDGET, ACCURACY_SCENES, AccuracyStudy, Part, Verdict, compare_hits};
+pub use accuracy::{ACCURACY_BUDGET, ACCURACY_SCENES, AccuracyStudy, Part};
 pub use build_cell::{BuildCell, Built, EPO_LIMIT, Measured, measure_build};
 pub use closed_form::{LiteralWork, literal_work};
 pub use compare::{Comparison, Contestant, standard_recipes};

@@ -14,9 +14,9 @@ pub struct AccuracyArguments {
     /// Only these of planes, bins, clustering, intersection, storage
     #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = part)]
     pub only: Vec<Part>,
-    /// Seconds that one build may take; a setting beyond that is capped
-    #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds, allow_negative_numbers = true)]
-    pub budget: Duration,
+    /// Seconds that one build may take; a setting beyond that is capped [default: 5]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
+    pub budget: Option<Duration>,
     /// Timed runs of every setting, in turns with all others of its part
     #[arg(long, value_name = "R", default_value = "5", value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub runs: u16,

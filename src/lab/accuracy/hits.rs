@@ -83,7 +83,7 @@ pub(super) fn measure(study: &AccuracyStudy, subject: &Subject, rows: Vec<Accura
             (hits, checked)
         })
         .collect();
-    let mut entries: Vec<(AccuracyRow, Tracer, usize, Vec<f64>)> = Vec::new();
+    let mut entries = Vec::new();
     for mut row in rows {
         let kernel = Kernel::from_id(&row.method).expect("rows name kernels that are registered");
         let set = sets.iter().position(|s| s.0 == row.rays).expect("rows name kinds of rays that there are");
@@ -102,30 +102,51 @@ pub(super) fn measure(study: &AccuracyStudy, subject: &Subject, rows: Vec<Accura
         row.off = Some(verdict.off);
         row.largest_ulp = Some(verdict.largest_ulp);
         match checked {
+            Ok(_) if kernel.is_exact() && hits != *reference => {
+                (row.status, row.note) =
+                    (Status::Error, "an exact kernel hits something else than the reference".into());
+            }
             Ok(n) => (row.status, row.oracle_rays) = (Status::Ok, Some(*n)),
             Err(why) => (row.status, row.note) = (Status::Error, why.clone()),
         }
-        entries.push((row, tracer, set, Vec::new()));
+        entries.push(Entry { row, tracer, rays, hits, rates: Vec::new() });
     }
     let mut hits = Vec::new();
     for _ in 0..study.runs.max(1) {
-        for (_, tracer, set, rates) in &mut entries {
-            let rays = sets[*set].1;
-            let begin = Instant::now();
-            trace_batch(&Batch { tracer, query: Query::Closest, rays }, &mut hits);
-            rates.push(rays.len() as f64 * 1e-6 / begin.elapsed().as_secs_f64());
+        entries.iter_mut().for_each(|entry| entry.time(&mut hits));
+    }
+    entries.into_iter().map(Entry::finish).collect()
+}
+
+/// A kernel on one kind of rays.
+struct Entry<'a> {
+    row: AccuracyRow,
+    tracer: Tracer<'a>,
+    rays: &'a [Ray],
+    /// What the counted pass saw.
+    hits: Vec<HitRecord>,
+    rates: Vec<f64>,
+}
+
+impl Entry<'_> {
+    fn time(&mut self, hits: &mut Vec<HitRecord>) {
+        let begin = Instant::now();
+        trace_batch(&Batch { tracer: &self.tracer, query: Query::Closest, rays: self.rays }, hits);
+        self.rates.push(self.rays.len() as f64 * 1e-6 / begin.elapsed().as_secs_f64());
+        if *hits != self.hits {
+            (self.row.status, self.row.note) =
+                (Status::Error, "a timed pass saw other hits than the counted one".into());
         }
     }
-    entries
-        .into_iter()
-        .map(|(mut row, _, _, rates)| {
-            row.runs = rates.len();
-            if let Some(rate) = spread(rates).filter(|_| row.status == Status::Ok) {
-                put_rate(&mut row, rate);
-            }
-            row
-        })
-        .collect()
+
+    fn finish(self) -> AccuracyRow {
+        let mut row = self.row;
+        row.runs = self.rates.len();
+        if let Some(rate) = spread(self.rates).filter(|_| row.status == Status::Ok) {
+            put_rate(&mut row, rate);
+        }
+        row
+    }
 }
 
 /// Rays from around the scene at corners and middles of edges: where a ray may slip between two triangles.

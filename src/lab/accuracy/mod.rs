@@ -23,7 +23,6 @@ use crate::trace::{diffuse_rays, primary_rays};
 use std::path::PathBuf;
 use std::time::Duration;
 
-pub use hits::{Verdict, compare_hits};
 pub use plan::Part;
 
 /// Scenes unless the user names some: the thesis' greatest but one, and two of other natures.
