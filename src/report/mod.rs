@@ -5,6 +5,7 @@
 
 mod accuracy;
 mod cells;
+mod claims;
 mod comparison;
 mod decisions;
 mod figures;
@@ -23,6 +24,7 @@ pub use summary::{CLOSE, Counts, Summary, Within};
 use crate::rows::{AccuracyRow, BuildRow, CompareRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
 use accuracy::Accuracy;
 use cells::Study;
+use claims::Evidence;
 use comparison::{Comparison, advice};
 use files::Folder;
 use growth::{Growth, exponents, laws};
@@ -166,12 +168,16 @@ fn write_study(
     figures.extend(study, growth, shown)?;
     figures.write(folder)?;
     let fits = page::growth::Fits { growth, laws: &laws, residuals: &residuals, exponents: &exponents };
+    let evidence = Evidence { study, growth };
+    let verdicts = page::Verdicts { judged: claims::judge(&evidence), suspects: claims::suspects(&evidence) };
+    folder.write("claims.csv", claims::csv_text(&verdicts.judged).as_bytes())?;
+    folder.write("claims.json", claims::json_text(&verdicts.judged).as_bytes())?;
     let others = [
         (summary.accuracy_rows, accuracy::PAGE, "what accuracy costs in time"),
         (summary.comparison_rows, COMPARISON_PAGE, "builders side by side"),
     ];
     let others: Vec<_> = others.iter().filter(|o| o.0 > 0).map(|o| (o.1, o.2)).collect();
-    folder.write(STUDY_PAGE, page::html(study, summary, &figures, &fits, &others).as_bytes())
+    folder.write(STUDY_PAGE, page::html(study, summary, &figures, &fits, &verdicts, &others).as_bytes())
 }
 
 fn check_origin(

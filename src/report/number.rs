@@ -20,6 +20,15 @@ pub(crate) fn padded(x: f64, digits: i32) -> String {
     format!("{rounded:.decimals$}")
 }
 
+/// A ratio as a signed difference in percent.
+pub(crate) fn percent(ratio: f64) -> String {
+    let text = format!("{:+.1} %", (ratio - 1.0) * 100.0);
+    match &text[..] {
+        "-0.0 %" | "+0.0 %" => "0.0 %".to_owned(),
+        _ => text.replace('-', "−"),
+    }
+}
+
 /// Commas between the thousands of a plain decimal number's whole part.
 pub(crate) fn grouped(text: &str) -> String {
     let whole = text.find('.').unwrap_or(text.len());
@@ -54,6 +63,13 @@ mod tests {
         }
         assert_eq!(padded(0.1, 3), "0.100");
         assert_eq!(padded(9.9996, 4), "10.00");
+    }
+
+    #[test]
+    fn ratios_are_differences_in_percent() {
+        assert_eq!(percent(1.0213), "+2.1 %");
+        assert_eq!(percent(0.94), "−6.0 %");
+        assert_eq!(percent(0.99999), "0.0 %");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The report on rows made up for the purpose: tables, figures, page, refusals, and what it may import.
 
 mod accuracy;
+mod claims;
 mod compare;
 mod decisions;
 mod growth;
@@ -55,7 +56,7 @@ fn line<'a>(table: &'a [Vec<String>], key: [&str; 3]) -> &'a [String] {
 fn everything_is_written_and_listed_and_the_same_twice() {
     let (dir, summary) = written(rows(Some, Some));
     let first = bytes_under(dir.path());
-    let mut expected: Vec<String> = vec!["index.html".into()];
+    let mut expected: Vec<String> = ["index.html", "claims.csv", "claims.json"].map(String::from).to_vec();
     for number in 1..=9 {
         expected.push(format!("tables/table{number}.csv"));
         expected.push(format!("tables/text/table{number}.csv"));

@@ -1,5 +1,6 @@
 //! The pages: self-contained HTML files, figures and styles inside them; here that of the study.
 
+mod claims;
 pub(crate) mod compare;
 mod decisions;
 pub(crate) mod growth;
@@ -9,11 +10,20 @@ mod tables;
 
 use crate::report::PRESETS;
 use crate::report::cells::Study;
+use crate::report::claims::{Judged, Suspect};
 use crate::report::figures::Figures;
 use crate::report::summary::{Summary, Within};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+/// What was found about the thesis' claims and its printed figures.
+pub(crate) struct Verdicts {
+    /// Claims.
+    pub judged: Vec<Judged>,
+    /// Printed figures that break a rule.
+    pub suspects: Vec<Suspect>,
+}
 
 /// The whole page as text.
 ///
@@ -23,6 +33,7 @@ pub(crate) fn html(
     summary: &Summary,
     figures: &Figures,
     fits: &growth::Fits,
+    verdicts: &Verdicts,
     others: &[(&str, &str)],
 ) -> String {
     let headline = PRESETS[0];
@@ -32,6 +43,8 @@ pub(crate) fn html(
         @if !others.is_empty() {
             p { "Beside this page: " @for (i, (file, about)) in others.iter().enumerate() { @if i > 0 { ", " } a href=(file) { (about) } } "." }
         }
+        (claims::section(&verdicts.judged))
+        h2 id="numbers" { "The numbers" }
         (headlines(summary))
         (figure3(figures))
         h2 id="build-times" { "Build times" }
@@ -55,6 +68,7 @@ pub(crate) fn html(
         (notes::secondary_rays(study))
         (notes::rule_q8(study))
         (decisions::section(study))
+        (claims::digits(&verdicts.suspects))
         (notes::unfinished(study))
         @for preset in PRESETS.into_iter().skip(1).filter(|p| study.has(p)) {
             (other_preset(study, figures, preset))

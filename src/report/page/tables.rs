@@ -2,7 +2,7 @@
 
 use crate::report::PRESETS;
 use crate::report::cells::{Cell, CellStatus, Study};
-use crate::report::number::{grouped, padded, significant};
+use crate::report::number::{grouped, padded, percent, significant};
 use crate::report::printed::{self, Flag, Model, Printed};
 use crate::rows::Construction;
 use maud::{Markup, html};
@@ -66,6 +66,16 @@ fn table(study: &Study, preset: &str, number: u8) -> Markup {
                 a href=(format!("{folder}/table2-exact.csv")) { "CSV of both" }
             }
         }
+    }
+}
+
+/// A printed cell in words, such as "Table 5, Tiny, top-down 2".
+pub(crate) fn printed_name(p: &Printed) -> String {
+    match (p.construction, p.arity) {
+        (Some(construction), Some(arity)) => {
+            format!("Table {}, {}, {} {arity}", p.table, p.model.name(), construction.id())
+        }
+        _ => format!("Table {}, {}, size", p.table, p.model.name()),
     }
 }
 
@@ -166,15 +176,6 @@ fn our_markup(cell: &Cell) -> Markup {
     }
 }
 
-/// A ratio as a signed difference in percent.
-pub(crate) fn percent(ratio: f64) -> String {
-    let text = format!("{:+.1} %", (ratio - 1.0) * 100.0);
-    match &text[..] {
-        "-0.0 %" | "+0.0 %" => "0.0 %".to_owned(),
-        _ => text.replace('-', "−"),
-    }
-}
-
 fn closeness(ratio: f64) -> &'static str {
     match (ratio - 1.0).abs() {
         off if off <= 0.02 => "close",
@@ -231,10 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn differences_and_their_colours() {
-        assert_eq!(percent(1.0213), "+2.1 %");
-        assert_eq!(percent(0.94), "−6.0 %");
-        assert_eq!(percent(0.99999), "0.0 %");
+    fn differences_have_colours() {
         assert_eq!([1.019, 0.95, 1.1, 0.5].map(closeness), ["close", "near", "off", "far"]);
     }
 
