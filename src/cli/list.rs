@@ -5,6 +5,7 @@ use super::arguments::{ListArguments, ListWord};
 use super::output::{json, say};
 use bvh_lab::build::{BUILDERS, Builder};
 use bvh_lab::refine::STEPS;
+use bvh_lab::rows::Experiment;
 use bvh_lab::scene::families::FAMILIES;
 use bvh_lab::scene::thesis;
 use bvh_lab::trace::KERNELS;
@@ -94,7 +95,7 @@ fn refinements() -> Vec<Entry> {
 }
 
 fn experiments() -> Vec<Entry> {
-    vec![
+    let mut all = vec![
         entry(
             "reproduce",
             "Beick 2014",
@@ -120,5 +121,8 @@ fn experiments() -> Vec<Entry> {
             "this laboratory",
             "what accuracy costs in time: planes, bins, neighbours, triangle tests, bits of stored boxes",
         ),
-    ]
+    ];
+    let claims = Experiment::ALL.map(|e| entry(format!("reproduce --only {}", e.id()), "Beick 2014", e.summary()));
+    all.splice(2..2, claims);
+    all
 }

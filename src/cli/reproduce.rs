@@ -72,7 +72,7 @@ fn scope(only: &[Item]) -> Scope {
     let pictures = |lighting| Scope { builds: Scope::every_build(), lightings: vec![lighting], ..Scope::default() };
     for item in only {
         let every_build = Scope::every_build();
-        scope.extend(match item {
+        scope.extend(match *item {
             // The sizes stand in every build row, and a picture wants some row beside it; the cheapest build will do.
             Item::Table(1) | Item::Figure(3) => Scope { builds: vec![(Construction::TopDown, 2)], ..Scope::default() },
             Item::Table(3) => {
@@ -84,6 +84,7 @@ fn scope(only: &[Item]) -> Scope {
             Item::Table(4 | 5) | Item::Figure(_) => pictures(Lighting::Primary),
             Item::Table(6 | 7) => pictures(Lighting::Reflection),
             Item::Table(_) => pictures(Lighting::Opacity),
+            Item::Experiments(ref wanted) => Scope { experiments: wanted.clone(), ..Scope::default() },
             Item::Decisions => Scope { decisions: true, ..Scope::default() },
         });
     }

@@ -9,7 +9,7 @@ use crate::bvh::{Bvh, Limits, tree_hash, validate};
 use crate::cost::{SahParams, epo, sah};
 use crate::geom::{Aabb, Triangle};
 use crate::rows::{BuildRow, Construction, DecisionRow, Lighting, RowFile, Status};
-use crate::trace::{FirstLeafOptions, PublishedCamera, Reading, StudyView, THESIS_SIZE, trace_image};
+use crate::trace::{FirstLeafOptions, Reading, trace_image};
 use std::time::{Duration, Instant};
 
 /// Time that the two trees of a cell may take unless there is no budget at all.
@@ -161,13 +161,7 @@ fn worth(bvh: &Bvh, stage: &Stage, boxes: &[Aabb]) -> Result<Worth, Unmeasured> 
     if coverage.hidden == 0 {
         stage.verify(bvh).map_err(Unmeasured::Wrong)?;
     }
-    let view = StudyView {
-        bvh,
-        triangles: &stage.triangles,
-        normals: &stage.normals,
-        camera: PublishedCamera::new(&stage.camera, THESIS_SIZE.0, THESIS_SIZE.1),
-    };
-    let counts = trace_image(&view, Lighting::Primary, Reading::Published(FirstLeafOptions::default()));
+    let counts = trace_image(&stage.view(bvh), Lighting::Primary, Reading::Published(FirstLeafOptions::default()));
     Ok(Worth {
         hash: tree_hash(bvh).to_string(),
         sah: sah(bvh, SahParams::default()),

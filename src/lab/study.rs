@@ -14,7 +14,7 @@ use super::trace_cell::Stage;
 use super::twin::{copy_counts, same_tree, same_work, twin};
 use crate::build::{self, Engine, Preset};
 use crate::bvh::Bvh;
-use crate::rows::{BuildRow, Construction, Lighting, Row, RowError, RowFile, Status, TraceRow};
+use crate::rows::{BuildRow, Construction, Experiment, Lighting, Row, RowError, RowFile, Status, TraceRow};
 use crate::scene::{Scene, SceneError};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -57,12 +57,20 @@ pub struct Scope {
     pub literal: bool,
     /// Whether f32 costs are held against exact ones.
     pub decisions: bool,
+    /// Experiments on the thesis' findings.
+    pub experiments: Vec<Experiment>,
 }
 
 impl Scope {
     /// The whole study.
     pub fn all() -> Self {
-        Self { builds: Self::every_build(), lightings: Lighting::ALL.to_vec(), literal: true, decisions: true }
+        Self {
+            builds: Self::every_build(),
+            lightings: Lighting::ALL.to_vec(),
+            literal: true,
+            decisions: true,
+            experiments: Experiment::ALL.to_vec(),
+        }
     }
 
     /// All six builds of a scene.
@@ -76,6 +84,9 @@ impl Scope {
         self.builds.extend(other.builds);
         self.lightings.extend(other.lightings);
         self.decisions |= other.decisions;
+        self.experiments.extend(other.experiments);
+        self.experiments.sort();
+        self.experiments.dedup();
         self.builds.sort();
         self.builds.dedup();
         self.lightings.sort();
@@ -127,7 +138,8 @@ impl Study {
             self.cell(job, stage, &mut builds, &mut traces, watch)?;
             done += weight;
         }
-        self.decisions(&stages, builds.rows(), |cells| (done + DECISIONS * cells as f64) / all, watch)
+        self.decisions(&stages, builds.rows(), |cells| (done + DECISIONS * cells as f64) / all, watch)?;
+        self.experiments(watch)
     }
 
     /// All cells, in the order in which they are measured: exact engines first, so that all trees are there early, and

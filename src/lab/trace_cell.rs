@@ -70,17 +70,22 @@ impl Stage {
         }
     }
 
+    /// The thesis' picture of the scene through `bvh`.
+    pub fn view<'a>(&'a self, bvh: &'a Bvh) -> StudyView<'a> {
+        StudyView {
+            bvh,
+            triangles: &self.triangles,
+            normals: &self.normals,
+            camera: PublishedCamera::new(&self.camera, THESIS_SIZE.0, THESIS_SIZE.1),
+        }
+    }
+
     /// Counts, then times one picture of the study.
     ///
     /// # Errors
     /// One line, where a timed pass saw something else than the counted one.
     pub fn trace(&self, bvh: &Bvh, lighting: Lighting, reading: Reading, repeats: &Repeats) -> Result<Traced, String> {
-        let view = StudyView {
-            bvh,
-            triangles: &self.triangles,
-            normals: &self.normals,
-            camera: PublishedCamera::new(&self.camera, THESIS_SIZE.0, THESIS_SIZE.1),
-        };
+        let view = self.view(bvh);
         let counts = trace_image(&view, lighting, reading);
         let seconds = repeat(repeats, || {
             if run_image(&view, lighting, reading) == counts.digest() {

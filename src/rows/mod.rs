@@ -3,12 +3,14 @@
 mod accuracy;
 mod compare;
 mod decisions;
+mod experiments;
 mod growth;
 mod store;
 
 pub use accuracy::AccuracyRow;
 pub use compare::CompareRow;
 pub use decisions::DecisionRow;
+pub use experiments::{Experiment, ExperimentRow};
 pub use growth::{ScalingRow, WorkRow};
 pub use store::{Row, RowError, RowFile, read, read_file, write_whole};
 

@@ -5,6 +5,7 @@
 
 mod arithmetic;
 mod least_sum;
+pub mod one_axis;
 pub mod published_decisions;
 pub mod published_exact;
 pub mod published_literal;

@@ -14,7 +14,7 @@ pub struct ReproduceArguments {
     /// the time of a literal build projected [default: 20]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub budget: Option<Duration>,
-    /// Only what these need, such as table2,table5,figure4,decisions
+    /// Only what these need, such as table2,table5,figure4,decisions,conjecture; bvh-lab list experiments shows more
     #[arg(long, value_name = "TABLE|FIGURE", value_delimiter = ',', value_parser = item)]
     pub only: Vec<Item>,
     /// Scenes, in rising size [default: the thesis' five]

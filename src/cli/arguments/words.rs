@@ -2,6 +2,7 @@
 
 use bvh_lab::build::{self, Builder, Engine, Preset};
 use bvh_lab::refine::{Collapse, Refinements};
+use bvh_lab::rows::Experiment;
 use bvh_lab::trace::Kernel;
 use clap::ValueEnum;
 use std::time::Duration;
@@ -102,12 +103,14 @@ pub enum ListWord {
 }
 
 /// What can be asked of the study: a table or figure of the thesis, or a table beyond it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Item {
     Table(u8),
     Figure(u8),
     /// The table of decisions by f32 costs.
     Decisions,
+    /// Experiments on the thesis' findings.
+    Experiments(Vec<Experiment>),
 }
 
 pub fn seconds(word: &str) -> Result<Duration, String> {
@@ -123,8 +126,22 @@ pub fn item(word: &str) -> Result<Item, String> {
     match (numbered("table"), numbered("figure")) {
         (Some(n @ 1..=9), _) => Ok(Item::Table(n)),
         (_, Some(n @ 3..=5)) => Ok(Item::Figure(n)),
-        _ if word.eq_ignore_ascii_case("decisions") => Ok(Item::Decisions),
-        _ => Err("table1 … table9, figure3 … figure5 or decisions are wanted".into()),
+        _ => match word.to_ascii_lowercase().as_str() {
+            "decisions" => Ok(Item::Decisions),
+            "experiments" => Ok(Item::Experiments(Experiment::ALL.to_vec())),
+            // Those that show what is an artefact of the program.
+            "artefacts" => Ok(Item::Experiments(Experiment::ALL[..5].to_vec())),
+            name => match Experiment::ALL.into_iter().find(|e| e.id() == name) {
+                Some(experiment) => Ok(Item::Experiments(vec![experiment])),
+                None => {
+                    let names: Vec<_> = Experiment::ALL.iter().map(|e| e.id()).collect();
+                    Err(format!(
+                        "table1 … table9, figure3 … figure5, decisions, experiments, artefacts or one of {} are wanted",
+                        names.join(", ")
+                    ))
+                }
+            },
+        },
     }
 }
 
