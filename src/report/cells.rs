@@ -1,7 +1,7 @@
 //! Cells: each printed number joined with the rows about it.
 
 use crate::report::printed::{self, Model, Printed};
-use crate::rows::{BuildRow, Construction, DecisionRow, Lighting, Status, TraceRow};
+use crate::rows::{BuildRow, Construction, DecisionRow, ExperimentRow, Lighting, Status, TraceRow};
 
 /// All rows of a study.
 #[derive(Debug)]
@@ -12,6 +12,8 @@ pub(crate) struct Study {
     pub traces: Vec<TraceRow>,
     /// Decisions by f32 costs.
     pub decisions: Vec<DecisionRow>,
+    /// Experiments on the thesis' findings.
+    pub experiments: Vec<ExperimentRow>,
 }
 
 /// How our side of a cell ended.
@@ -110,6 +112,14 @@ impl Cell {
 }
 
 impl Study {
+    /// The commit whose program measured the rows; empty without rows.
+    pub fn commit(&self) -> &str {
+        let builds = self.builds.iter().map(|r| &r.commit);
+        let traces = self.traces.iter().map(|r| &r.commit);
+        let experiments = self.experiments.iter().map(|r| &r.commit);
+        builds.chain(traces).chain(experiments).next().map_or("", String::as_str)
+    }
+
     /// Whether any row is about this preset.
     pub fn has(&self, preset: &str) -> bool {
         self.builds.iter().any(|r| r.preset == preset) || self.traces.iter().any(|r| r.preset == preset)

@@ -1,6 +1,6 @@
 //! Tables, figures and a page: reads rows, imports nothing else of this crate.
 //!
-//! [`write()`] turns the rows of a study (`rows/builds.csv`, `rows/traces.csv`, `rows/decisions.csv`, `rows/figure3.png`) into `tables/`, `figures/` and
+//! [`write()`] turns the rows of a study (`rows/builds.csv`, `rows/traces.csv`, `rows/decisions.csv`, `rows/experiments.csv`, pictures) into `tables/`, `figures/` and
 //! `index.html`, those of a comparison (`rows/compare.csv`) into `compare.html`, and those about accuracy (`rows/accuracy.csv`) into `accuracy.html`. The same rows give the same bytes. [`printed`] holds the thesis' own numbers.
 
 mod accuracy;
@@ -8,6 +8,7 @@ mod cells;
 mod claims;
 mod comparison;
 mod decisions;
+mod experiments;
 mod figures;
 mod files;
 mod fit;
@@ -21,7 +22,9 @@ mod tables;
 
 pub use summary::{CLOSE, Counts, Summary, Within};
 
-use crate::rows::{AccuracyRow, BuildRow, CompareRow, DecisionRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read};
+use crate::rows::{
+    AccuracyRow, BuildRow, CompareRow, DecisionRow, ExperimentRow, Row, RowError, ScalingRow, TraceRow, WorkRow, read,
+};
 use accuracy::Accuracy;
 use cells::Study;
 use claims::Evidence;
@@ -102,14 +105,19 @@ pub fn write(rows_dir: &Path, out_dir: &Path) -> Result<Summary, ReportError> {
         builds: read::<BuildRow>(rows_dir)?,
         traces: read::<TraceRow>(rows_dir)?,
         decisions: read::<DecisionRow>(rows_dir)?,
+        experiments: read::<ExperimentRow>(rows_dir)?,
     };
     let growth = Growth::read(rows_dir, &study.builds)?;
     let (accuracy, comparison) = (Accuracy::read(rows_dir)?, Comparison::read(rows_dir)?);
     check_origin(rows_dir, &study, &growth, &accuracy, &comparison)?;
     let mut summary = Summary::of(&study);
     summary.error_rows += growth.errors() + accuracy.errors() + comparison.errors();
-    summary.study_rows =
-        study.builds.len() + study.traces.len() + study.decisions.len() + growth.scaling.len() + growth.work.len();
+    summary.study_rows = study.builds.len()
+        + study.traces.len()
+        + study.decisions.len()
+        + study.experiments.len()
+        + growth.scaling.len()
+        + growth.work.len();
     (summary.accuracy_rows, summary.comparison_rows) = (accuracy.rows.len(), comparison.rows.len());
     let mut folder = Folder::new(out_dir);
     accuracy.write(&mut folder)?;
@@ -191,6 +199,7 @@ fn check_origin(
         (BuildRow::FILE, study.builds.first().map(Row::origin)),
         (TraceRow::FILE, study.traces.first().map(Row::origin)),
         (DecisionRow::FILE, study.decisions.first().map(Row::origin)),
+        (ExperimentRow::FILE, study.experiments.first().map(Row::origin)),
         (ScalingRow::FILE, growth.scaling.first().map(Row::origin)),
         (WorkRow::FILE, growth.work.first().map(Row::origin)),
         (CompareRow::FILE, comparison.rows.first().map(Row::origin)),

@@ -79,13 +79,14 @@ impl Summary {
         let builds = study.builds.iter().map(|r| &r.status);
         let traces = study.traces.iter().map(|r| &r.status);
         let decisions = study.decisions.iter().map(|r| &r.status);
+        let experiments = study.experiments.iter().map(|r| &r.status);
         Self {
             files: Vec::new(),
             cells,
             study_rows: 0,
             accuracy_rows: 0,
             comparison_rows: 0,
-            error_rows: builds.chain(traces).chain(decisions).filter(|s| failed(s)).count(),
+            error_rows: builds.chain(traces).chain(decisions).chain(experiments).filter(|s| failed(s)).count(),
             table5: within(study, 5, |model, arity| model != Model::Huge && arity != Some(8)),
             table5_all: within(study, 5, |_, _| true),
             table3: near(study, 3, DEGREES_CLOSE),

@@ -1,6 +1,7 @@
 //! What claims are decided by: rows and printed numbers, looked up by tree.
 
 use crate::report::cells::Study;
+use crate::report::experiments::Experiments;
 use crate::report::growth::Growth;
 use crate::report::number::{padded, percent};
 use crate::report::printed::{self, Model};
@@ -58,7 +59,12 @@ pub(crate) struct Evidence<'a> {
     pub growth: &'a Growth,
 }
 
-impl Evidence<'_> {
+impl<'a> Evidence<'a> {
+    /// Rows of experiments.
+    pub fn experiments(&self) -> Experiments<'a> {
+        Experiments(&self.study.experiments)
+    }
+
     /// The build of one engine, whatever its end.
     pub fn build(&self, preset: &str, engine: &str, tree: Tree) -> Option<&BuildRow> {
         let rows = self.study.builds_of(preset, tree.model, tree.construction, tree.arity);
@@ -164,6 +170,11 @@ impl ByModel {
     /// "least to greatest", to so many significant digits.
     pub fn span(&self, digits: i32) -> String {
         span(self.range(), digits)
+    }
+
+    /// Triangles and value, for fits.
+    pub fn points(&self) -> Vec<(f64, f64)> {
+        self.0.iter().map(|(m, x)| (triangles(*m), *x)).collect()
     }
 
     /// As figures.

@@ -4,10 +4,12 @@
 //! verdict, one sentence that says why, and the figures that decided it. Where rows are missing the verdict is
 //! [`Verdict::Undecided`]; nothing here knows a result.
 
+mod artefacts;
 mod builds;
 mod digits;
 mod evidence;
 mod export;
+mod outlook;
 mod secondary;
 mod traversal;
 mod trees;
@@ -152,7 +154,17 @@ impl Judged {
 
 /// Every claim, in the order of the thesis.
 pub(crate) fn claims() -> impl Iterator<Item = &'static Claim> {
-    [builds::CLAIMS, trees::CLAIMS, traversal::CLAIMS, secondary::CLAIMS, digits::CLAIMS].into_iter().flatten()
+    [
+        builds::CLAIMS,
+        trees::CLAIMS,
+        traversal::CLAIMS,
+        artefacts::CLAIMS,
+        secondary::CLAIMS,
+        outlook::CLAIMS,
+        digits::CLAIMS,
+    ]
+    .into_iter()
+    .flatten()
 }
 
 /// Decides all of them.

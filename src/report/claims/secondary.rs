@@ -1,12 +1,15 @@
 //! Claims about secondary rays.
 
-use super::evidence::{ByModel, Evidence, KINDS, changes, mean, range, span};
+use super::evidence::{ByModel, Evidence, KINDS, Kind, changes, mean, range, span};
 use super::{Claim, Finding, Source, Verdict};
+use crate::report::PRESETS;
+use crate::report::experiments::lit;
 use crate::report::printed::Model;
-use crate::rows::Lighting;
+use crate::rows::{Experiment, Lighting};
 
 const ROWS: Source = Source::Rows("rows/traces.csv");
 const NOTE: Source = Source::Section("secondary", "what secondary rays add");
+const ORIGINS: Source = Source::Section("origins", "with corrected origins");
 
 pub(super) const CLAIMS: &[Claim] = &[
     Claim {
@@ -18,7 +21,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         predicate: "Nodes per pixel grow by at most 20 % on average with one reflection or see-through rays. If each secondary ray adds the \
                     root and hardly anything else (0.95 to 1.1 nodes), they never met the scene.",
         decide: add_little,
-        sources: &[Source::Table(7), Source::Table(9), NOTE, ROWS],
+        sources: &[Source::Table(7), Source::Table(9), NOTE, ORIGINS, ROWS],
     },
     Claim {
         id: "lighting-mirrors",
@@ -79,13 +82,36 @@ fn add_little(ev: &Evidence, preset: &str) -> Finding {
         why += &format!(" A secondary ray visits {} nodes", span(added, 4));
         why += if root_alone { ": the root alone, for it starts beyond the scene." } else { "." };
     }
-    Finding::new(verdict, why)
+    let corrected = (preset == PRESETS[0]).then(|| CASES.map(|case| corrected(ev, case)));
+    if let Some([reflection, opacity]) = corrected.as_ref().filter(|c| c.iter().all(ByModel::is_enough)) {
+        why += &format!(
+            " Started where they should, on the same trees, they add {} and {}.",
+            changes(reflection.range()),
+            changes(opacity.range())
+        );
+    }
+    let found = Finding::new(verdict, why)
         .with("nodes per pixel, reflection ÷ primary, mean over trees", by_model[0].labelled())
         .with("nodes per pixel, opacity ÷ primary, mean over trees", by_model[1].labelled())
         .with(
             "nodes per secondary ray",
             [("least", added.0), ("greatest", added.1)].into_iter().filter(|x| x.1.is_finite()),
-        )
+        );
+    let corrected = corrected.into_iter().flatten().zip(["reflection", "opacity"]);
+    corrected
+        .filter(|(r, _)| !r.0.is_empty())
+        .fold(found, |f, (r, name)| f.with(format!("the same with corrected origins, {name} ÷ primary"), r.labelled()))
+}
+
+/// Nodes per pixel with secondary rays that start at the hit point, over those of primary rays: the program's trees, mean over the six.
+fn corrected(ev: &Evidence, case: Lighting) -> ByModel {
+    ByModel::of(|m| {
+        let scene = m.scene();
+        let nodes = |k: Kind, lighting| {
+            lit(ev.experiments(), Experiment::Origins, &scene, (k.0, k.1), lighting).and_then(|r| r.nodes_per_pixel)
+        };
+        mean(KINDS.into_iter().filter_map(|k| Some(nodes(k, case)? / nodes(k, Lighting::Primary)?)))
+    })
 }
 
 fn mirrors(ev: &Evidence, preset: &str) -> Finding {

@@ -10,6 +10,8 @@ use crate::rows::{Construction, Lighting, read};
 use std::collections::HashSet;
 use std::path::Path;
 
+mod experiments;
+
 /// The rows of the reference run, for doctoring.
 struct Rows {
     study: Study,
@@ -19,13 +21,18 @@ struct Rows {
 impl Rows {
     fn reference() -> Self {
         let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("plots/reference/rows");
-        let study = Study { builds: read(&dir).unwrap(), traces: read(&dir).unwrap(), decisions: Vec::new() };
+        let study = Study {
+            builds: read(&dir).unwrap(),
+            traces: read(&dir).unwrap(),
+            decisions: Vec::new(),
+            experiments: Vec::new(),
+        };
         let growth = Growth::read(&dir, &study.builds).unwrap();
         Self { study, growth }
     }
 
     fn none() -> Self {
-        let study = Study { builds: Vec::new(), traces: Vec::new(), decisions: Vec::new() };
+        let study = Study { builds: Vec::new(), traces: Vec::new(), decisions: Vec::new(), experiments: Vec::new() };
         Self { study, growth: Growth { scaling: Vec::new(), work: Vec::new(), builds: Vec::new() } }
     }
 

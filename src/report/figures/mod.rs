@@ -5,6 +5,7 @@ mod build_times;
 pub(crate) mod canvas;
 pub(crate) mod chart;
 pub(crate) mod curves;
+mod experiments;
 mod extended;
 mod labels;
 pub(crate) mod legend;
@@ -18,6 +19,7 @@ mod why;
 
 use crate::report::cells::Study;
 use crate::report::comparison::Comparison;
+use crate::report::experiments::Experiments;
 use crate::report::files::Folder;
 use crate::report::growth::Growth;
 use crate::report::growth::laws::Residual;
@@ -28,12 +30,16 @@ use std::path::Path;
 
 /// The figures of a report by file name, in page order; `None` where the rows hold nothing to draw.
 #[derive(Debug)]
-pub(crate) struct Figures(Vec<(String, Option<Rendered>)>);
+pub(crate) struct Figures {
+    all: Vec<(String, Option<Rendered>)>,
+    /// Whose rows they are drawn from.
+    commit: String,
+}
 
 impl Figures {
     /// All of them.
     pub fn iter(&self) -> impl Iterator<Item = (&str, Option<&Rendered>)> {
-        self.0.iter().map(|(name, rendered)| (name.as_str(), rendered.as_ref()))
+        self.all.iter().map(|(name, rendered)| (name.as_str(), rendered.as_ref()))
     }
 
     /// Writes them in both formats; what was not drawn goes, if an earlier report left it.
@@ -52,6 +58,11 @@ impl Figures {
             }
         }
         Ok(())
+    }
+
+    /// The commit whose program measured what they are drawn from.
+    pub fn commit(&self) -> &str {
+        &self.commit
     }
 
     /// The one of this name, where it was drawn.
@@ -73,7 +84,8 @@ pub(crate) fn rendered(name: &str, drawing: &impl Drawing) -> Result<Rendered, R
 /// # Errors
 /// A picture that is not a PNG; a drawing that fails.
 pub(crate) fn draw_all(study: &Study, rows_dir: &Path) -> Result<Figures, ReportError> {
-    let mut figures = vec![("figure3".to_owned(), picture::figure3(rows_dir)?)];
+    let pictures = ["figure3", "wrong-pixels"].map(|name| Ok((name.to_owned(), picture::picture(rows_dir, name)?)));
+    let mut figures = pictures.into_iter().collect::<Result<Vec<_>, ReportError>>()?;
     for preset in PRESETS {
         let headline = preset == PRESETS[0];
         let name = |figure: &str| match headline {
@@ -91,7 +103,7 @@ pub(crate) fn draw_all(study: &Study, rows_dir: &Path) -> Result<Figures, Report
             figures.push((name(figure), rendered));
         }
     }
-    Ok(Figures(figures))
+    Ok(Figures { all: figures, commit: study.commit().to_owned() })
 }
 
 impl Figures {
@@ -106,7 +118,10 @@ impl Figures {
         }
         self.add("scaling-time", scaling::time(growth))?;
         self.add("scaling-work", scaling::work(growth))?;
-        self.add("why", why::why(residuals))
+        self.add("why", why::why(residuals))?;
+        let rows = Experiments(&study.experiments);
+        self.add("lookup", experiments::lookup(rows))?;
+        self.add("candidates", experiments::candidates(rows))
     }
 
     /// Those of builders side by side, one a scene and class.
@@ -114,7 +129,8 @@ impl Figures {
     /// # Errors
     /// A drawing that fails.
     pub fn of_comparison(comparison: &Comparison) -> Result<Self, ReportError> {
-        let mut figures = Self(Vec::new());
+        let commit = comparison.rows.first().map_or(String::new(), |r| r.commit.clone());
+        let mut figures = Self { all: Vec::new(), commit };
         for (i, scene) in comparison.scenes.iter().enumerate() {
             for class in comparison.classes() {
                 figures.add(&figure_name(i, class), pareto::sheet(comparison, scene, class))?;
@@ -125,7 +141,7 @@ impl Figures {
 
     fn add(&mut self, name: &str, sheet: Option<impl Drawing>) -> Result<(), ReportError> {
         let rendered = sheet.map(|s| canvas::render(name, &s)).transpose()?;
-        self.0.push((name.to_owned(), rendered));
+        self.all.push((name.to_owned(), rendered));
         Ok(())
     }
 }

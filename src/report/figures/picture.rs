@@ -1,4 +1,4 @@
-//! Figure 3: the rendered scene, as it came from the study, and the same wrapped as SVG.
+//! Pictures that came from the study, and the same wrapped as SVG: Figure 3, and the pixels that are wrong.
 
 use crate::report::ReportError;
 use crate::report::figures::canvas::Rendered;
@@ -8,15 +8,12 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-/// The file in the rows folder.
-const FILE: &str = "figure3.png";
-
-/// The picture in both formats; nothing where the study left none.
+/// The picture `name`.png of the rows folder in both formats; nothing where the study left none.
 ///
 /// # Errors
 /// A file that cannot be read or is not a PNG.
-pub(crate) fn figure3(rows_dir: &Path) -> Result<Option<Rendered>, ReportError> {
-    let path = rows_dir.join(FILE);
+pub(crate) fn picture(rows_dir: &Path, name: &str) -> Result<Option<Rendered>, ReportError> {
+    let path = rows_dir.join(format!("{name}.png"));
     let png = match fs::read(&path) {
         Ok(bytes) => bytes,
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(None),

@@ -3,6 +3,7 @@
 mod claims;
 pub(crate) mod compare;
 mod decisions;
+mod experiments;
 pub(crate) mod growth;
 mod notes;
 mod provenance;
@@ -11,11 +12,13 @@ mod tables;
 use crate::report::PRESETS;
 use crate::report::cells::Study;
 use crate::report::claims::{Judged, Suspect};
+use crate::report::experiments::Experiments;
 use crate::report::figures::Figures;
 use crate::report::summary::{Summary, Within};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use provenance::Origin;
 
 /// What was found about the thesis' claims and its printed figures.
 pub(crate) struct Verdicts {
@@ -68,6 +71,7 @@ pub(crate) fn html(
         (notes::secondary_rays(study))
         (notes::rule_q8(study))
         (decisions::section(study))
+        (experiments::sections(Experiments(&study.experiments), figures))
         (claims::digits(&verdicts.suspects))
         (notes::unfinished(study))
         @for preset in PRESETS.into_iter().skip(1).filter(|p| study.has(p)) {
@@ -144,7 +148,10 @@ fn figure3(figures: &Figures) -> Markup {
         h2 id="scene" { "The scene" }
         figure {
             div .sheet { img alt="Figure 3. The thesis scene, rendered by this program." src=(format!("data:image/png;base64,{data}")); }
-            figcaption { "Figure 3. The scene as this program renders it; the five models differ only in how finely it is cut into triangles." }
+            figcaption {
+                "Figure 3. The scene as this program renders it; the five models differ only in how finely it is cut into triangles."
+                (Origin::figure("figure3", figures.commit()).line())
+            }
         }
     }
 }
@@ -159,6 +166,7 @@ fn drawing(figures: &Figures, name: &str, label: &str, caption: Markup) -> Marku
             figcaption {
                 (caption) " Files: " a href=(format!("figures/{name}.svg")) { "SVG" } ", "
                 a href=(format!("figures/{name}.png")) { "PNG" } "."
+                (Origin::figure(name, figures.commit()).line())
             }
         }
     }

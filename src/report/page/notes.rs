@@ -4,7 +4,7 @@ use crate::report::PRESETS;
 use crate::report::cells::{Cell, Study};
 use crate::report::number::{grouped, significant};
 use crate::report::printed::Model;
-use crate::rows::{Construction, Lighting, Status};
+use crate::rows::{Construction, Lighting, Row, Status};
 use maud::{Markup, html};
 
 /// Nodes per pixel that the secondary rays add, printed and ours, as means over a model's cells.
@@ -132,7 +132,9 @@ pub(crate) fn unfinished(study: &Study) -> Markup {
         let cell = format!("{} {} k={} decisions", r.preset, r.scene, r.arity);
         (cell, r.status.id(), String::new(), r.note.clone())
     });
-    let rows: Vec<_> = builds.chain(traces).chain(decisions).collect();
+    let experiments = study.experiments.iter().filter(|r| r.status != Status::Ok);
+    let experiments = experiments.map(|r| (r.key(), r.status.id(), String::new(), r.note.clone()));
+    let rows: Vec<_> = builds.chain(traces).chain(decisions).chain(experiments).collect();
     html! {
         @if !rows.is_empty() {
             details id="unfinished" {

@@ -3,6 +3,7 @@
 use crate::report::PRESETS;
 use crate::report::cells::{Cell, CellStatus, Study};
 use crate::report::number::{grouped, padded, percent, significant};
+use crate::report::page::provenance::Origin;
 use crate::report::printed::{self, Flag, Model, Printed};
 use crate::rows::Construction;
 use maud::{Markup, html};
@@ -59,6 +60,7 @@ fn table(study: &Study, preset: &str, number: u8) -> Markup {
             }
         }
         (notes.markup())
+        (Origin::table(number, study.commit()).line())
         @if number == 2 {
             p .soft {
                 "Ours is the time of the literal engine, which does the work that the thesis describes; projected where it would take longer \
