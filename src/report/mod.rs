@@ -16,6 +16,7 @@ pub mod gate;
 mod growth;
 mod number;
 mod page;
+mod paper;
 pub mod printed;
 mod summary;
 mod tables;
@@ -181,9 +182,12 @@ fn write_study(
     folder.write("claims.csv", claims::csv_text(&verdicts.judged).as_bytes())?;
     folder.write("claims.json", claims::json_text(&verdicts.judged).as_bytes())?;
     let others = [
+        (summary.study_rows, paper::PAPER, "the replication as a paper"),
         (summary.accuracy_rows, accuracy::PAGE, "what accuracy costs in time"),
         (summary.comparison_rows, COMPARISON_PAGE, "builders side by side"),
     ];
+    let text = paper::html(study, summary, &verdicts.judged, &figures)?;
+    folder.write(paper::PAPER, text.as_bytes())?;
     let others: Vec<_> = others.iter().filter(|o| o.0 > 0).map(|o| (o.1, o.2)).collect();
     folder.write(STUDY_PAGE, page::html(study, summary, &figures, &fits, &verdicts, &others).as_bytes())
 }

@@ -56,7 +56,8 @@ fn line<'a>(table: &'a [Vec<String>], key: [&str; 3]) -> &'a [String] {
 fn everything_is_written_and_listed_and_the_same_twice() {
     let (dir, summary) = written(rows(Some, Some));
     let first = bytes_under(dir.path());
-    let mut expected: Vec<String> = ["index.html", "claims.csv", "claims.json"].map(String::from).to_vec();
+    let mut expected: Vec<String> =
+        ["index.html", "paper.html", "claims.csv", "claims.json"].map(String::from).to_vec();
     for number in 1..=9 {
         expected.push(format!("tables/table{number}.csv"));
         expected.push(format!("tables/text/table{number}.csv"));

@@ -162,16 +162,13 @@ impl Search<'_> {
         let run = |a: usize, b: usize| terms[a * (segments + 1) + b];
         // least[j][a]: the segments from a on as j + 1 children; what cannot be is out of reach of any sum.
         const IMPOSSIBLE: i64 = i64::MAX / 16;
-        let mut least = vec![vec![IMPOSSIBLE; segments + 1]; children];
-        for a in 0..segments {
-            least[0][a] = run(a, segments);
-        }
-        for j in 1..children {
-            for a in 0..segments {
-                let all = (a + 1..segments).map(|b| run(a, b) + least[j - 1][b]);
-                least[j][a] = all.min().unwrap_or(IMPOSSIBLE).min(IMPOSSIBLE);
-                probe.add(Work::DpSteps, (segments - a) as u64);
-            }
+        let mut least: Vec<Vec<i64>> = vec![(0..segments).map(|a| run(a, segments)).chain([IMPOSSIBLE]).collect()];
+        while least.len() < children {
+            let fewer = &least[least.len() - 1];
+            let cheapest = |a: usize| (a + 1..segments).map(|b| run(a, b) + fewer[b]).fold(IMPOSSIBLE, i64::min);
+            let row = (0..=segments).map(cheapest).collect();
+            least.push(row);
+            probe.add(Work::DpSteps, (segments * segments / 2) as u64);
         }
         let cost = least[children - 1][0];
         let (mut at, mut ends) = (0, Vec::with_capacity(children));

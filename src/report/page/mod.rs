@@ -172,6 +172,28 @@ fn drawing(figures: &Figures, name: &str, label: &str, caption: Markup) -> Marku
     }
 }
 
+/// A figure or table of the headline preset by name, such as `figure5` or `table3`, for the paper; nothing where it was not drawn.
+pub(crate) fn exhibit(study: &Study, figures: &Figures, name: &str) -> Markup {
+    let caption = match name {
+        "figure3" => return figure3(figures),
+        "figure4" => "Seconds to build against the branching factor: printed, and here by the literal engines.",
+        "figure5" => "Nodes per pixel against the branching factor, printed over measured; primary rays.",
+        "lookup" => {
+            "Time per pixel against the number of triangles: printed, and here with and without the linear lookup."
+        }
+        "candidates" => "SAH against the number of candidates per axis, each line over its own least value.",
+        "wrong-pixels" => {
+            "Large through the six trees of the program (top-down above, bottom-up below; arity 2, 4, 8): red pixels see a farther surface \
+             than the closest."
+        }
+        table => {
+            let number = table.strip_prefix("table").and_then(|n| n.parse().ok());
+            return number.map_or(html! {}, |n| tables::section(study, PRESETS[0], n..=n));
+        }
+    };
+    drawing(figures, name, caption, html! { (caption) })
+}
+
 fn other_preset(study: &Study, figures: &Figures, preset: &str) -> Markup {
     html! {
         h2 id=(preset) { "Preset " code { (preset) } }
