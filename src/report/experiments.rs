@@ -16,8 +16,8 @@ pub(crate) fn tests(row: &ExperimentRow) -> Option<f64> {
 }
 
 /// Pixels that do not see the closest surface.
-pub(crate) fn wrong(row: &ExperimentRow) -> Option<f64> {
-    Some((row.farther? + row.missed? + row.extra?) as f64)
+pub(crate) fn wrong(row: &ExperimentRow) -> Option<usize> {
+    Some(row.farther? + row.missed? + row.extra?)
 }
 
 impl<'a> Experiments<'a> {

@@ -2,6 +2,7 @@
 
 mod decisions;
 mod engines;
+mod experiments;
 mod pinned;
 mod resume;
 mod support;

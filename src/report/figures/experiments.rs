@@ -2,6 +2,7 @@
 
 use crate::report::experiments::Experiments;
 use crate::report::figures::chart::{INK, Line, Mark};
+use crate::report::figures::curves;
 use crate::report::figures::legend::Entry;
 use crate::report::figures::loglog::{Guide, Panel, Series, Sheet};
 use crate::report::printed::{self, Model};
@@ -45,7 +46,7 @@ pub(crate) fn lookup(rows: Experiments) -> Option<Sheet> {
             }
         }
         let first = series.iter().flat_map(|s| s.points.first()).map(|p| (p.0, p.1)).next();
-        let guides = first.map(|(x, y)| Guide { slope: 1.0, through: (x, 3.0 * y), label: "n" }).into_iter().collect();
+        let guides = first.map(|(x, y)| Guide { slope: 1.0, through: (x, 0.25 * y), label: "n" }).into_iter().collect();
         Panel {
             title: format!(
                 "{}, published",
@@ -73,29 +74,29 @@ pub(crate) fn lookup(rows: Experiments) -> Option<Sheet> {
 }
 
 /// SAH over the least of the series, against candidates per axis. A panel a preset and arity, a colour a scene.
-pub(crate) fn candidates(rows: Experiments) -> Option<Sheet> {
+pub(crate) fn candidates(rows: Experiments) -> Option<curves::Sheet> {
     let scenes = rows.scenes(Experiment::Candidates);
     let mut panels = Vec::new();
     for preset in crate::report::PRESETS {
         for arity in ARITIES {
-            let series: Vec<Series> = scenes
+            let curves: Vec<curves::Curve> = scenes
                 .iter()
                 .zip(COLOURS.into_iter().cycle())
                 .map(|(scene, colour)| {
                     let sweep = rows.sweep(scene, preset, arity);
                     let least = sweep.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
-                    let points = sweep.iter().map(|&(n, sah)| (n as f64, sah / least, Mark::Disc)).collect();
-                    Series { colour, line: Some(Line::Solid), points }
+                    let points: Vec<_> = sweep.iter().map(|&(n, sah)| (n as f64, sah / least, Mark::Disc)).collect();
+                    let names = vec![String::new(); points.len()];
+                    curves::Curve { colour, line: Some(Line::Solid), points, names }
                 })
-                .filter(|s| !s.points.is_empty())
+                .filter(|c| !c.points.is_empty())
                 .collect();
-            if !series.is_empty() {
-                panels.push(Panel {
+            if !curves.is_empty() {
+                panels.push(curves::Panel {
                     title: format!("Top-down, {preset}, arity {arity}"),
                     x_label: "Candidates per axis",
                     y_label: "SAH, over the least",
-                    guides: Vec::new(),
-                    series,
+                    curves,
                 });
             }
         }
@@ -108,5 +109,5 @@ pub(crate) fn candidates(rows: Experiments) -> Option<Sheet> {
     };
     let legend = scenes.chunks(3).enumerate().map(|(i, part)| names(part, 3 * i)).collect();
     let notes = vec!["Rule Q8 is off. Each line is divided by its own least value.".into()];
-    (!panels.is_empty()).then_some(Sheet { panels, legend, notes })
+    (!panels.is_empty()).then_some(curves::Sheet { panels, legend, notes })
 }

@@ -118,8 +118,8 @@ fn rule_q8(rows: Experiments, _: &Figures) -> Markup {
                 2 => nodes(on).zip(nodes(off)).map_or("—".into(), |(a, b)| percent(a / b)),
                 3 => count(on.and_then(|r| r.q8_duplicated)),
                 4 => count(on.and_then(|r| r.q8_hidden)),
-                5 => number(off.and_then(wrong), 6),
-                _ => number(on.and_then(wrong), 6),
+                5 => count(off.and_then(wrong)),
+                _ => count(on.and_then(wrong)),
             }
         }))
     }
@@ -134,7 +134,7 @@ fn first_leaf(rows: Experiments, figures: &Figures) -> Markup {
         }
         (by_model(&kind_names(), |m, i| {
             let of = |setting| row(m, i, setting).and_then(wrong);
-            format!("{} / {}", number(of("traversal=first-leaf"), 6), number(of("traversal=closest"), 6))
+            format!("{} / {}", count(of("traversal=first-leaf")), count(of("traversal=closest")))
         }))
         (drawing(figures, "wrong-pixels", "Pixels at which the first leaf with a hit does not hold the closest surface.", html! {
             "Thesis scene, Large, through the six trees of the program: top-down above, bottom-up below, arity 2, 4, 8 from the left. Red: a farther \
@@ -231,7 +231,7 @@ fn candidates(_: Experiments, figures: &Figures) -> Markup {
              sum of plain areas decides (" code { "text" } "): it is least where a plane cuts off a few triangles, and more planes offer more such cuts."
         }
         (drawing(figures, "candidates", "SAH against the number of candidates.", html! {
-            "SAH against candidates per axis, each line over its own least value, both axes logarithmic."
+            "SAH against candidates per axis, each line over its own least value."
         }))
     }
 }
