@@ -54,40 +54,79 @@ impl Triangle {
     #[inline]
     pub fn intersect_published(&self, ray: &Ray) -> Option<f32> {
         const EPSILON: f32 = 1e-6;
-        let t = self.moller_trumbore(ray, EPSILON)?;
-        (t > EPSILON).then_some(t)
+        match self.moller_trumbore(ray, EPSILON..=f32::INFINITY) {
+            Outcome::Hit(t) if t > EPSILON => Some(t),
+            _ => None,
+        }
     }
 
-    /// Möller–Trumbore (1997) with no threshold but division by zero: two-sided, t in the ray's interval, both ends
-    /// included. Returns t; a NaN anywhere is a miss.
+    /// Möller–Trumbore (1997) without thresholds: two-sided, t in the ray's interval, both ends included. Returns t; a NaN
+    /// anywhere is a miss.
+    ///
+    /// In f32, but for what f32 over- or underflows in: that is done again in f64.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<f32> {
-        self.moller_trumbore(ray, f32::MIN_POSITIVE)
+        match self.moller_trumbore(ray, Self::F32_DETERMINANTS) {
+            Outcome::Hit(t) => Some(t),
+            Outcome::Miss => None,
+            Outcome::OutOfRange => self.intersect_f64(ray),
+        }
     }
 
+    /// Determinants e₁·(d×e₂) that f32 is precise enough for: below 2⁻⁸⁰ what underflows in them may matter.
+    pub(crate) const F32_DETERMINANTS: std::ops::RangeInclusive<f32> = f32::from_bits((127 - 80) << 23)..=f32::MAX;
+
     #[inline(always)]
-    fn moller_trumbore(&self, ray: &Ray, least_det: f32) -> Option<f32> {
+    fn moller_trumbore(&self, ray: &Ray, determinants: std::ops::RangeInclusive<f32>) -> Outcome {
         let (e1, e2) = (self.v[1] - self.v[0], self.v[2] - self.v[0]);
         let p = ray.direction.cross(e2);
         let det = e1.dot(p);
-        if det.abs() < least_det || det.is_nan() {
-            return None;
+        // Written so that NaN fails each test.
+        if !determinants.contains(&det.abs()) {
+            return Outcome::OutOfRange;
         }
         let inv = 1.0 / det;
-        // Written so that NaN fails each test.
         let s = ray.origin - self.v[0];
         let u = s.dot(p) * inv;
         if !(0.0..=1.0).contains(&u) {
-            return None;
+            return if u.is_finite() { Outcome::Miss } else { Outcome::OutOfRange };
         }
         let q = s.cross(e1);
         let v = ray.direction.dot(q) * inv;
         if !(v >= 0.0 && u + v <= 1.0) {
-            return None;
+            return if v.is_finite() { Outcome::Miss } else { Outcome::OutOfRange };
         }
         let t = e2.dot(q) * inv;
-        (t >= ray.t_min && t <= ray.t_max).then_some(t)
+        if t >= ray.t_min && t <= ray.t_max {
+            Outcome::Hit(t)
+        } else if t.is_finite() {
+            Outcome::Miss
+        } else {
+            Outcome::OutOfRange
+        }
     }
+
+    /// The same in f64, in which nothing over- or underflows for any f32.
+    #[cold]
+    fn intersect_f64(&self, ray: &Ray) -> Option<f32> {
+        let [a, b, c] = self.v.map(|p| p.as_dvec3());
+        let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let (e1, e2, s) = (b - a, c - a, o - a);
+        let (p, q) = (d.cross(e2), s.cross(e1));
+        let det = e1.dot(p);
+        let (u, v, t) = (s.dot(p) / det, d.dot(q) / det, (e2.dot(q) / det) as f32);
+        // A determinant of 0 makes them infinite or NaN.
+        let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0;
+        (inside && t >= ray.t_min && t <= ray.t_max).then_some(t)
+    }
+}
+
+/// What the test in f32 comes to.
+enum Outcome {
+    Hit(f32),
+    Miss,
+    /// Something was too large or too small.
+    OutOfRange,
 }
 
 #[cfg(test)]
@@ -118,6 +157,20 @@ mod tests {
         assert_eq!(T.intersect(&nan), None);
         let nan = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::splat(f32::NAN));
         assert_eq!(T.intersect(&nan), None);
+    }
+
+    #[test]
+    fn no_scale_is_too_small_or_too_large_for_the_f32_test() {
+        for exponent in [-140, -100, -60, 0, 41, 80, 120] {
+            let scale = |p: Vec3| (p.as_dvec3() * 2f64.powi(exponent)).as_vec3();
+            let triangle = Triangle { v: T.v.map(|p| scale(p * 4.0)) };
+            for direction in [Vec3::NEG_Z, scale(Vec3::NEG_Z)] {
+                let t = scale(Vec3::ONE).x / direction.z.abs();
+                assert_eq!(triangle.intersect(&Ray::new(scale(Vec3::ONE), direction)), Some(t), "2^{exponent}");
+                let beside = Ray::new(scale(Vec3::new(-1.0, 1.0, 1.0)), direction);
+                assert_eq!(triangle.intersect(&beside), None, "2^{exponent}");
+            }
+        }
     }
 
     #[test]

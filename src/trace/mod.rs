@@ -3,10 +3,12 @@
 mod batch;
 mod closest;
 mod first_leaf;
+mod gather;
 mod heatmap;
 mod hits;
 mod kernels;
 mod lighting;
+mod oracle;
 mod probe;
 mod published_camera;
 mod ray_file;
@@ -26,6 +28,7 @@ mod tests;
 pub use batch::{Batch, count_batch, trace_batch};
 pub use closest::{FastTest, TriangleTest, any_hit, brute_force, closest_hit};
 pub use first_leaf::{FirstLeafOptions, first_leaf};
+pub use gather::{all_hits, brute_force_all};
 pub use heatmap::{DrawError, HeatMap, Quantity, heat_colour};
 pub use hits::{HitRecord, hit_bytes, hit_hash, write_hits};
 pub use kernels::{KERNELS, Kernel, KernelInfo, Query, Width};
@@ -33,6 +36,7 @@ pub use lighting::{
     ImageCounts, ImageDigest, PUBLISHED_CHAIN, Reading, StudyView, TEXT_CHAIN, run_image, run_image_parallel,
     trace_image,
 };
+pub use oracle::{Arithmetic, Crossing, Oracle, Verdict};
 pub use probe::{TraceCounters, TraceProbe};
 pub use published_camera::{PublishedCamera, THESIS_SIZE};
 pub use ray_file::{RayFileError, read_rays, write_rays};

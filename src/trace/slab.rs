@@ -70,6 +70,17 @@ impl Slabs {
     }
 }
 
+impl Slabs {
+    /// Whether products of three lengths of the scene or of `ray` overflow nowhere in f32.
+    #[inline]
+    pub(super) fn can_multiply(ray: &Ray, root: &Aabb) -> bool {
+        /// 2⁴⁰.
+        const LIMIT: f32 = (1u64 << 40) as f32;
+        let reach = ray.origin.abs().max(root.min.abs()).max(root.max.abs()).max(ray.direction.abs());
+        reach.cmple(Vec3::splat(LIMIT)).all()
+    }
+}
+
 impl SlabTest for Slabs {
     #[inline(always)]
     fn interval(&self, aabb: &Aabb) -> (f32, f32) {

@@ -2,11 +2,12 @@
 
 use super::closest::{Any, Closest, FastTest, any_hit, closest_hit};
 use super::first_leaf::first_leaf;
+use super::gather::{all_hits, in_order};
 use super::kernels::{Kernel, Query, Width};
 use super::probe::TraceProbe;
 use super::scratch::Scratch;
 use super::slab::Slabs;
-use super::wide::{Leaves, WideBvh, wide_hit};
+use super::wide::{Leaves, WideBvh, all_by_eight, all_by_four, wide_hit};
 use crate::bvh::Bvh;
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
 use crate::simd::Simd;
@@ -116,13 +117,44 @@ impl<'a> Tracer<'a> {
                     let kernel = if fast { Kernel::ScalarFast } else { Kernel::Scalar };
                     return Self { kernel, wide: Wide::None, ..*self }.trace(query, ray, scratch, probe);
                 };
-                match (fast, query) {
+                // What overflows in f32 has no sign to pass a triangle by.
+                match (fast && Slabs::can_multiply(ray, &bvh.root().aabb), query) {
                     (false, Query::Closest) => self.search::<Closest, Watertight, P>(ray, &slabs, scratch, probe),
                     (true, Query::Closest) => self.search::<Closest, Fast, P>(ray, &slabs, scratch, probe),
                     (false, Query::Any) => self.search::<Any, Watertight, P>(ray, &slabs, scratch, probe),
                     (true, Query::Any) => self.search::<Any, Fast, P>(ray, &slabs, scratch, probe),
                 }
             }
+        }
+    }
+
+    /// Every hit of one ray with t in `[t_min, t_max]`, into `hits` (emptied first) by t, equal t by triangle id; the first is
+    /// the answer to [`Query::Closest`].
+    ///
+    /// A method of its own beside [`Query`], whose answers are one record a ray. The thesis' program has no such query: for
+    /// kernel `first-leaf` the answer is that of `scalar`.
+    pub fn all_hits<P: TraceProbe>(&self, ray: &Ray, scratch: &mut Scratch, probe: &mut P, hits: &mut Vec<Hit>) {
+        let (bvh, triangles) = (self.bvh, self.triangles);
+        let fast = matches!(self.kernel, Kernel::ScalarFast | Kernel::Wide { fast: true, .. });
+        let slabs = Slabs::new(ray, &bvh.root().aabb).filter(|_| ray.is_traceable());
+        if let (Some(slabs), Wide::Four(_) | Wide::Eight(_)) = (slabs, &self.wide) {
+            hits.clear();
+            match (&self.wide, fast) {
+                (Wide::Four(wide), false) => all_by_four::<Watertight, P>(wide, ray, &slabs, scratch, probe, hits),
+                (Wide::Four(wide), true) => all_by_four::<Fast, P>(wide, ray, &slabs, scratch, probe, hits),
+                (Wide::Eight(wide), false) => {
+                    all_by_eight::<Watertight, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
+                }
+                (Wide::Eight(wide), true) => {
+                    all_by_eight::<Fast, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
+                }
+                (Wide::None, _) => {}
+            }
+            in_order(hits);
+        } else if fast {
+            all_hits::<FastTest, P>(bvh, triangles, ray, scratch, probe, hits);
+        } else {
+            all_hits::<WatertightRay, P>(bvh, triangles, ray, scratch, probe, hits);
         }
     }
 

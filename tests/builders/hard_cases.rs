@@ -1,6 +1,8 @@
 //! Scenes that builders have stumbled over, and every builder and arity on them; the table in `main.rs` says which is which.
 
-use super::{build, variants};
+use super::build;
+use super::hard_scenes::{FAR, far, nested, without_area};
+use super::variants::variants;
 use bvh_lab::build::{BUILDERS, Brake, BuildOptions, Builder, Counters, Engine, Input, Parameter, Preset};
 use bvh_lab::bvh::tree_hash;
 use bvh_lab::geom::{Aabb, Triangle};
@@ -17,15 +19,7 @@ fn fast() -> impl Iterator<Item = (&'static Builder, BuildOptions)> {
 
 #[test]
 fn triangles_without_area() {
-    let some = Scene::load("gen:soup:60").unwrap().triangles;
-    let point = |t: &Triangle| Triangle::new(t.v[0], t.v[0], t.v[0]);
-    let needle = |t: &Triangle| Triangle::new(t.v[0], t.v[1], t.v[0]);
-    let along_x = |t: &Triangle| Triangle::new(t.v[0], t.v[0] + Vec3::X, t.v[0] - Vec3::X);
-    let kinds: [&dyn Fn(&Triangle) -> Triangle; 3] = [&point, &needle, &along_x];
-    let each = kinds.map(|kind| some.iter().map(kind).collect::<Vec<_>>());
-    let mixed = some.iter().enumerate().map(|(i, t)| if i % 4 == 3 { *t } else { kinds[i % 4](t) }).collect();
-    let on_a_line = (0..60).map(|i| point(&Triangle { v: [Vec3::X * i as f32; 3] })).collect();
-    for triangles in each.into_iter().chain([mixed, on_a_line, vec![point(&some[0]); 60]]) {
+    for triangles in without_area() {
         let boxes: Vec<_> = triangles.iter().map(Triangle::aabb).collect();
         variants().for_each(|v| drop(build(v, &boxes)));
         // Those that cut triangles are to find nothing to cut.
@@ -65,9 +59,7 @@ fn a_hundred_thousand_alike() {
 
 #[test]
 fn as_deep_as_f32_allows() {
-    // As many sizes as there are numbers, from the least to the greatest whose areas f64 can tell: depth grows with them.
-    let halves = (-140..120).map(|e| 2f64.powi(e) as f32);
-    let boxes: Vec<_> = halves.flat_map(|h| [h, 1.5 * h]).map(|h| Aabb::new(Vec3::splat(-h), Vec3::splat(h))).collect();
+    let boxes: Vec<_> = nested().iter().map(Triangle::aabb).collect();
     for v in fast() {
         build(v, &boxes);
     }
@@ -121,18 +113,16 @@ fn far_from_the_origin() {
     // In eighths, in a cube of 1: then rounded at 10⁶, where numbers are sixteenths apart, they are what they were.
     let whole = |p: Vec3| (p * (8.0 / 100.0)).round() / 8.0;
     let near: Vec<_> = scene.triangles.iter().map(|t| Triangle { v: t.v.map(whole) }.aabb()).collect();
-    let offset = Vec3::new(1e6, -1e6, 1e6);
-    let far: Vec<_> = near.iter().map(|b| Aabb::new(b.min + offset, b.max + offset)).collect();
-    assert!(near.iter().zip(&far).all(|(n, f)| (f.min - offset, f.max - offset) == (n.min, n.max)));
+    let moved: Vec<_> = near.iter().map(|b| Aabb::new(b.min + FAR, b.max + FAR)).collect();
+    assert!(near.iter().zip(&moved).all(|(n, f)| (f.min - FAR, f.max - FAR) == (n.min, n.max)));
     // The chain of bottom-up published starts at the triangle nearest the origin, and planes that cut triangles are rounded.
     let anywhere = |(builder, options): &(&Builder, BuildOptions)| {
         !builder.spatial && (builder.id != "bottom-up" || options.preset != Preset::Published)
     };
     for v in variants().filter(anywhere) {
-        assert_eq!(tree_hash(&build(v, &near)), tree_hash(&build(v, &far)), "{} {:?}", v.0.id, v.1);
+        assert_eq!(tree_hash(&build(v, &near)), tree_hash(&build(v, &moved)), "{} {:?}", v.0.id, v.1);
     }
     // Where positions were rounded, trees are valid over what they became.
-    let rounded: Vec<_> =
-        scene.triangles.iter().map(|t| Triangle { v: t.v.map(|p| p * 0.01 + offset) }.aabb()).collect();
+    let rounded: Vec<_> = far().iter().map(Triangle::aabb).collect();
     variants().for_each(|v| drop(build(v, &rounded)));
 }

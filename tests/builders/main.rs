@@ -16,8 +16,14 @@
 //! | 22 | a teapot in a stadium | `quality`, a test of its own, at every arity |
 //! | 23 | slivers | `hard_cases::slivers`, `every_family_at_every_small_size` |
 //! | 24 | far from the origin | `hard_cases::far_from_the_origin` |
+//!
+//! Rays through all these trees, and the other cases: `tests/matrix`.
 
 mod hard_cases;
+#[path = "../support/hard_scenes.rs"]
+mod hard_scenes;
+#[path = "../support/variants.rs"]
+mod variants;
 
 use bvh_lab::build::{BUILDERS, Brake, BuildError, BuildOptions, Builder, Counters, Input, Parameter, Preset};
 use bvh_lab::bvh::{Bvh, tree_hash, validate, validate_parts};
@@ -27,19 +33,7 @@ use bvh_lab::refine::{Collapse, STEPS, Step};
 use bvh_lab::scene::Scene;
 use bvh_lab::scene::families::FAMILIES;
 use glam::Vec3;
-
-/// All variants, with so few candidates that a literal search over mixed planes ends soon.
-fn variants() -> impl Iterator<Item = (&'static Builder, BuildOptions)> {
-    BUILDERS.iter().flat_map(|builder| {
-        builder.variants(BuildOptions::default()).into_iter().flat_map(move |options| {
-            let takes = |parameter| builder.parameters.contains(&parameter);
-            let few = if options.preset == Preset::Text { 5 } else { 9 };
-            let candidates = takes(Parameter::Candidates).then_some(few);
-            let q8 = if takes(Parameter::Q8) { &[true, false][..] } else { &[true] };
-            q8.iter().map(move |&q8| (builder, BuildOptions { candidates, q8, ..options }))
-        })
-    })
-}
+use variants::variants;
 
 fn build((builder, options): (&Builder, BuildOptions), boxes: &[Aabb]) -> Bvh {
     let mut counters = Counters::default();

@@ -5,10 +5,10 @@
 
 use super::trees::put_rate;
 use super::{AccuracyStudy, Subject, reference_tree};
-use crate::geom::{Ray, Triangle};
+use crate::geom::{Hit, Ray, Triangle};
 use crate::lab::measure::spread;
 use crate::rows::{AccuracyRow, Status};
-use crate::trace::{Batch, HitRecord, Kernel, Query, Tracer, count_batch, trace_batch};
+use crate::trace::{Arithmetic, Batch, HitRecord, Kernel, Oracle, Query, Tracer, count_batch, trace_batch};
 use glam::{DVec3, Vec3};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
@@ -171,41 +171,16 @@ fn edge_rays(triangles: &[Triangle], count: usize) -> Vec<Ray> {
 fn oracle(triangles: &[Triangle], rays: &[Ray], reference: &[HitRecord]) -> Result<usize, String> {
     let step = (rays.len() / ORACLE_RAYS).max(1);
     let some: Vec<usize> = (0..rays.len()).step_by(step).collect();
-    let wrong = some
-        .par_iter()
-        .filter(|&&i| {
-            let crossings = triangles.iter().filter_map(|t| crossing(t, &rays[i]));
-            let (mut least, mut at_border) = (f64::INFINITY, f64::INFINITY);
-            for (t, weight) in crossings.filter(|&(t, _)| t >= 0.0) {
-                if weight > BORDER {
-                    least = least.min(t);
-                } else if weight > -BORDER {
-                    at_border = at_border.min(t);
-                }
-            }
-            let found = f64::from(reference[i].t);
-            let near = |t: f64| (t - found).abs() <= f64::from(f32::EPSILON) * NEAR as f64 * t.abs() || t == found;
-            !(near(least) || at_border < least && near(at_border))
-        })
-        .count();
+    let is_wrong = |&&i: &&usize| {
+        let found = reference[i];
+        let hit = found.is_hit().then_some(Hit { triangle: found.triangle, t: found.t });
+        !Oracle::new(triangles, &rays[i], Arithmetic::Watertight).judge(hit).is_right()
+    };
+    let wrong = some.par_iter().filter(is_wrong).count();
     match wrong {
         0 => Ok(some.len()),
         _ => Err(format!("{wrong} of {} reference hits are not those of all triangles in f64", some.len())),
     }
-}
-
-/// Weights this small may be an edge: either answer is right there.
-const BORDER: f64 = 1e-9;
-
-/// Möller–Trumbore in f64: t, and the least barycentric weight.
-fn crossing(triangle: &Triangle, ray: &Ray) -> Option<(f64, f64)> {
-    let [a, b, c] = triangle.v.map(|p| p.as_dvec3());
-    let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
-    let (e1, e2, s) = (b - a, c - a, o - a);
-    let p = d.cross(e2);
-    let det = e1.dot(p);
-    let (u, v) = (s.dot(p) / det, d.dot(s.cross(e1)) / det);
-    (det != 0.0).then(|| (e2.dot(s.cross(e1)) / det, u.min(v).min(1.0 - u - v)))
 }
 
 #[cfg(test)]

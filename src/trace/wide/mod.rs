@@ -9,6 +9,7 @@
 //! made from.
 
 mod filter;
+mod gather;
 mod layout;
 mod pack;
 mod search;
@@ -18,4 +19,5 @@ mod tests;
 
 pub use layout::WideBvh;
 
+pub(super) use gather::{all_by_eight, all_by_four};
 pub(super) use search::{Leaves, wide_hit};

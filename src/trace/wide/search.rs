@@ -5,7 +5,7 @@ use super::layout::{BLOCK, Block, LEAF, WideBvh, WideNode};
 use super::pack::Pack;
 #[cfg(any(test, not(target_arch = "x86_64")))]
 use super::pack::Portable;
-use crate::geom::{Hit, Ray, WatertightRay};
+use crate::geom::{Hit, Ray, Triangle, WatertightRay};
 use crate::simd::Simd;
 use crate::trace::closest::{Goal, accepted, improve};
 use crate::trace::probe::TraceProbe;
@@ -19,7 +19,7 @@ pub(in crate::trace) trait Leaves {
 }
 
 /// A ray prepared for the boxes of `W` children.
-struct Boxes<P> {
+pub(super) struct Boxes<P> {
     origin: [P; 3],
     inverse: [P; 3],
     /// Which of the two planes of each axis is met first.
@@ -29,7 +29,7 @@ struct Boxes<P> {
 
 impl<P> Boxes<P> {
     #[inline(always)]
-    fn new<const W: usize>(slabs: &Slabs, ray: &Ray) -> Self
+    pub(super) fn new<const W: usize>(slabs: &Slabs, ray: &Ray) -> Self
     where
         P: Pack<W>,
     {
@@ -53,7 +53,7 @@ impl<P> Boxes<P> {
 
     /// The children met before `limit`, a bit each, and where they are entered.
     #[inline(always)]
-    fn met<const W: usize>(&self, node: &WideNode<W>, limit: P) -> (u32, P)
+    pub(super) fn met<const W: usize>(&self, node: &WideNode<W>, limit: P) -> (u32, P)
     where
         P: Pack<W>,
     {
@@ -213,7 +213,8 @@ fn fast<Q: Pack<BLOCK>>(block: &Block, ray: &Ray, best: &mut Option<Hit>) -> boo
         let lane = inside.trailing_zeros() as usize;
         inside &= inside - 1;
         let [det, u, v, t] = lanes.map(|l| l[lane]);
-        if det.abs() < f32::MIN_POSITIVE || det.is_nan() {
+        if !Triangle::F32_DETERMINANTS.contains(&det.abs()) {
+            better |= improve(best, block.ids[lane], block.triangle(lane).intersect(ray).filter(|t| t.is_finite()));
             continue;
         }
         let inverse = 1.0 / det;
