@@ -1,8 +1,8 @@
 //! Verdicts that rest on experiments, turned round by rows made up for the purpose.
 
-use super::super::Verdict::{self, Artefact, Corrected, Fails, Holds, Undecided};
-use super::super::evidence::KINDS;
 use super::Rows;
+use crate::report::claims::Verdict::{self, Artefact, Corrected, Fails, Holds, Undecided};
+use crate::report::claims::evidence::KINDS;
 use crate::report::printed::Model;
 use crate::rows::{Experiment, ExperimentRow, Lighting, Status};
 
@@ -64,7 +64,7 @@ fn triangles(model: Model) -> f64 {
 /// One row a model and kind of tree.
 fn of_kinds(experiment: Experiment, setting: &str, fill: impl Fn(&mut ExperimentRow, Model)) -> Vec<ExperimentRow> {
     let all = Model::ALL.into_iter().flat_map(|m| KINDS.map(|k| (m, k)));
-    let one = |(model, kind): (Model, super::super::evidence::Kind)| {
+    let one = |(model, kind): (Model, crate::report::claims::evidence::Kind)| {
         let mut row = row(experiment, &model.scene(), kind.0.id(), kind.1, setting);
         fill(&mut row, model);
         row
@@ -200,7 +200,7 @@ fn readings_are_named_with_their_distance() {
             .experiments
             .push(ExperimentRow { nodes_per_pixel, ..row(Experiment::Readings, "thesis:tiny", builder, 2, setting) });
     }
-    let claim = super::super::claims().find(|c| c.id == "words-describe-program").unwrap();
+    let claim = crate::report::claims::claims().find(|c| c.id == "words-describe-program").unwrap();
     let finding = (claim.decide)(&all.evidence(), "published");
     assert!(
         finding.why.contains("Of 3 readings tried the nearest are “near” (0 %) and “close” (0 %)"),
