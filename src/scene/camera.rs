@@ -46,6 +46,13 @@ impl Camera {
         }
     }
 
+    /// This camera with world up (+y) upwards in the picture: the thesis' own camera has its up vector upside down, and its
+    /// picture, turned by 180°, is that of this camera.
+    #[must_use]
+    pub fn upright(self) -> Self {
+        Self { up: if self.up.y < 0.0 { -self.up } else { self.up }, ..self }
+    }
+
     /// A picture of `width` × `height` pixels through this camera.
     pub fn view(&self, width: u32, height: u32) -> View {
         let forward = (self.look_at.as_dvec3() - self.eye.as_dvec3()).try_normalize().unwrap_or(DVec3::NEG_Z);
@@ -78,8 +85,13 @@ pub struct View {
 impl View {
     /// The ray through the centre of pixel (`px`, `py`), counted from the upper left, of unit direction.
     pub fn ray(&self, px: u32, py: u32) -> Ray {
-        let x = (2.0 * f64::from(px) + 1.0 - self.size.x) / self.size.y;
-        let y = (self.size.y - 2.0 * f64::from(py) - 1.0) / self.size.y;
+        self.ray_through(f64::from(px) + 0.5, f64::from(py) + 0.5)
+    }
+
+    /// The ray through a point of the picture, in pixels from its upper left corner, of unit direction.
+    pub fn ray_through(&self, x: f64, y: f64) -> Ray {
+        let x = (2.0 * x - self.size.x) / self.size.y;
+        let y = (self.size.y - 2.0 * y) / self.size.y;
         let direction = self.forward + self.right * x + self.up * y;
         Ray::new(self.eye, direction.normalize().as_vec3())
     }

@@ -62,3 +62,72 @@ fn without_a_name_the_picture_is_called_as_its_scene() {
     lab.fine("render some.obj --size 5x4 --samples 1");
     assert_eq!(picture(&lab, "some.png").dimensions(), (5, 4));
 }
+
+/// Two squares: one mirror before a matt wall, and a lamp if `lit`.
+fn write_mirror(lab: &Lab, lit: bool) {
+    lab.write(
+        "m.mtl",
+        "newmtl wall\nKd 0.7 0.7 0.7\nnewmtl mirror\nKd 0 0 0\nKs 1 1 1\nillum 3\nnewmtl lamp\nKe 9 9 9\n",
+    );
+    let square = |z: f32, half: f32| {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .map(|(x, y)| format!("v {} {} {z}\n", x * half, y * half))
+            .concat()
+    };
+    let mut obj = format!("mtllib m.mtl\n{}{}{}", square(-1.0, 9.0), square(0.0, 0.5), square(4.0, 0.5));
+    obj += "usemtl wall\nf 1 2 3 4\nusemtl mirror\nf 5 6 7 8\n";
+    obj += if lit { "usemtl lamp\nf 9 10 11 12\n" } else { "" };
+    lab.write("m.obj", obj);
+}
+
+const FRONT: &str = "--camera eye=0,0,2,look=0,0,0,fov=50 --size 40x30 --spp 1";
+
+#[test]
+fn explain_names_effects_their_materials_and_their_rays() {
+    let lab = Lab::new();
+    write_mirror(&lab, true);
+    let said = lab.fine(&format!("render m.obj {FRONT} --explain"));
+    for line in ["on          shadow, called for by lamp: ", "on          mirror, called for by mirror: "] {
+        assert!(said.contains(line), "{said}");
+    }
+    assert!(said.contains("off         transparency, refraction, cut-out, texture: no ray"), "{said}");
+    assert!(said.contains("; the same picture"), "{said}");
+    let report = lab.json(&format!("render m.obj {FRONT} --explain"));
+    assert_eq!(report["effects"], serde_json::json!(["shadow", "mirror", "emission"]));
+    assert_eq!(report["called_for_by"], serde_json::json!([["lamp"], ["mirror"], ["lamp"]]));
+    let rays = |kind: &str| report["rays"][kind].as_u64().unwrap();
+    assert_eq!((rays("primary"), rays("refraction"), rays("transparency"), rays("cut-out")), (1200, 0, 0, 0));
+    assert!(rays("reflection") > 0 && rays("reflection") < 300 && rays("shadow") > 600, "{report}");
+    assert_eq!(report["all_effects"]["same_picture"], true);
+    assert!(report["all_effects"]["rays"]["refraction"].as_u64().unwrap() > 600);
+}
+
+#[test]
+fn effects_and_lighting_cases_override_the_scene() {
+    let lab = Lab::new();
+    write_mirror(&lab, true);
+    let rays = |words: &str| lab.json(&format!("render m.obj {FRONT} {words}"))["rays"].clone();
+    let none = rays("--effects none");
+    assert_eq!((&none["primary"], &none["shadow"], &none["reflection"]), (&1200.into(), &0.into(), &0.into()));
+    assert_eq!(rays("--lighting primary"), none);
+    assert_eq!(rays("--effects mirror")["reflection"], 1200, "the wall's own count for nothing");
+    assert_eq!(rays("--lighting reflection")["reflection"], 1200);
+    assert!(rays("--lighting opacity")["transparency"].as_u64().unwrap() > 1200);
+    assert!(lab.refuse("render m.obj --effects mirrors", 2).contains("there is no effect 'mirrors'"));
+    lab.refuse("render m.obj --effects all --lighting primary", 2);
+}
+
+#[test]
+fn light_is_written_as_exr_and_exposure_brightens_png_alone() {
+    let lab = Lab::new();
+    write_mirror(&lab, true);
+    lab.fine(&format!("render m.obj {FRONT} -o a.exr"));
+    lab.fine(&format!("render m.obj {FRONT} --exposure 3 -o b.exr"));
+    assert!(lab.read("a.exr") == lab.read("b.exr") && lab.read("a.exr").starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+    lab.fine(&format!("render m.obj {FRONT} -o a.png"));
+    lab.fine(&format!("render m.obj {FRONT} --exposure -1.5 -o b.png"));
+    let mean = |name: &str| picture(&lab, name).as_raw().iter().map(|&b| u64::from(b)).sum::<u64>();
+    assert!(mean("b.png") < mean("a.png"));
+    assert!(lab.refuse("render m.obj -o a.jpg", 2).contains(".png or .exr"));
+    assert!(lab.refuse("render m.obj --heatmap nodes -o a.exr", 2).contains(".png"));
+}

@@ -1,13 +1,10 @@
 //! Heat maps: what every pixel of a picture costs in nodes or triangle tests, drawn with a legend.
 
-use super::kernels::{Kernel, Query};
-use super::probe::TraceCounters;
-use super::render::srgb;
-use super::scratch::Scratch;
-use super::tracer::Tracer;
+use super::film::srgb;
 use crate::bvh::Bvh;
 use crate::geom::{Ray, Triangle};
 use crate::scene::Camera;
+use crate::trace::{Kernel, Query, Scratch, TraceCounters, Tracer};
 use glam::{Mat3, Vec3};
 use image::RgbImage;
 use plotters::prelude::*;

@@ -1,0 +1,92 @@
+//! `bvh-lab render`: a picture, or a heat map of the work behind it.
+
+mod explain;
+
+use super::arguments::{HeatWord, RenderArguments};
+use super::build::load;
+use super::output::{json, say};
+use super::trace::tree;
+use super::{Failure, Outcome, off, wrong};
+use bvh_lab::bvh::Bvh;
+use bvh_lab::render::{Frame, HeatMap, Quantity, Stage, StageOptions};
+use bvh_lab::scene::{Camera, Effect, Scene};
+use bvh_lab::trace::Kernel;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Rays a pixel where nothing is asked for: noise of area lights takes more than edges do.
+const RAYS_PER_PIXEL: u32 = 4;
+const RAYS_PER_PIXEL_WITH_LIGHTS: u32 = 16;
+
+/// Runs the command.
+pub fn run(a: &RenderArguments) -> Outcome {
+    let path = output(a)?;
+    let scene = load(&a.scene)?;
+    let bvh = tree(&scene, &a.tree)?;
+    let camera = match &a.camera {
+        Some(spec) => spec.apply(&scene.camera).map_err(off)?,
+        None => scene.camera.upright(),
+    };
+    match a.heatmap {
+        Some(word) => heat_map(word, (&scene, &bvh), &camera, a.size, &path),
+        None => picture(a, &scene, &bvh, &camera, &path),
+    }
+}
+
+fn output(a: &RenderArguments) -> Result<PathBuf, Failure> {
+    let path = a.output.clone().unwrap_or_else(|| default_path(&a.scene));
+    let is = |ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
+    match (is("png"), is("exr"), a.heatmap) {
+        (true, ..) | (_, true, None) => Ok(path),
+        (_, true, Some(_)) => Err(off(format!("{}: heat maps are written as .png", path.display()))),
+        _ => Err(off(format!("{}: pictures are written as .png or .exr", path.display()))),
+    }
+}
+
+fn picture(a: &RenderArguments, scene: &Scene, bvh: &Bvh, camera: &Camera, path: &Path) -> Outcome {
+    let options = StageOptions { demand: a.demand(), depth: a.depth, ..StageOptions::default() };
+    let stage = Stage::new(scene, bvh, &options).map_err(wrong)?;
+    for line in stage.warnings() {
+        eprintln!("bvh-lab: {}: {line}", scene.name);
+    }
+    let default = if stage.effects().has(Effect::Shadow) { RAYS_PER_PIXEL_WITH_LIGHTS } else { RAYS_PER_PIXEL };
+    let frame = Frame { width: a.size.0, height: a.size.1, rays_per_pixel: a.rays_per_pixel().unwrap_or(default) };
+    let begin = Instant::now();
+    let picture = stage.render(camera, &frame);
+    let seconds = begin.elapsed().as_secs_f64();
+    picture.film.save(path, stage.exposure(&picture.film) * a.exposure.exp2()).map_err(wrong)?;
+    if !(a.json || a.explain) {
+        return say(&format!("{}: {} × {} pixels", path.display(), frame.width, frame.height));
+    }
+    let mut report = explain::Report::new(path, &stage, &frame, &picture, seconds);
+    if a.explain {
+        report.force((scene, bvh), &options, camera, &frame, &picture)?;
+    }
+    if a.json { json(&report) } else { say(&report.text()) }
+}
+
+fn heat_map(
+    word: HeatWord,
+    (scene, bvh): (&Scene, &Bvh),
+    camera: &Camera,
+    (width, height): (u32, u32),
+    path: &Path,
+) -> Outcome {
+    let quantity = match word {
+        HeatWord::Nodes => Quantity::Nodes,
+        HeatWord::Tests => Quantity::TriangleTests,
+    };
+    let map = HeatMap::trace(quantity, Kernel::Scalar, (bvh, &scene.triangles), camera, (width, height));
+    let drawn = map.draw().map_err(wrong)?;
+    drawn.save(path).map_err(|e| wrong(format!("cannot write {}: {e}", path.display())))?;
+    say(&format!("{}: {} × {} pixels", path.display(), drawn.width(), drawn.height()))
+}
+
+/// The scene's name in the current folder: a colon becomes a dash, a file's folder and ending go.
+fn default_path(scene: &str) -> PathBuf {
+    let stem = match Path::new(scene).file_stem() {
+        Some(stem) if Path::new(scene).extension().is_some() => stem.to_string_lossy().into_owned(),
+        _ => scene.replace([':', '/', '\\'], "-"),
+    };
+    PathBuf::from(stem).with_extension("png")
+}
