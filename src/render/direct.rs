@@ -72,7 +72,7 @@ fn lit<const CLEAR: bool, const BENDS: bool, const CUT: bool>(
     let way = light.point - start.as_dvec3();
     let squared = way.length_squared();
     let towards = way / squared.sqrt();
-    let (cosine, at_light) = (surface.normal.dot(towards), light.normal.dot(towards).abs());
+    let (cosine, at_light) = (surface.normal.dot(towards), light.cosine(towards));
     if !(cosine > 0.0 && surface.flat.dot(towards) > 0.0 && at_light > 0.0) {
         return Vec3::ZERO;
     }

@@ -1,17 +1,21 @@
 //! Area lights: triangles whose material emits, picked by their power, and the light that they leave in the air.
 
-use crate::geom::Triangle;
+use crate::geom::{Ray, Triangle};
 use crate::scene::{Effect, Material};
+use crate::trace::{Query, Scratch, Tracer};
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
 
-/// Every triangle that emits light. Both sides do: which one is out is not known of every mesh.
+/// Every triangle that emits light. Both sides do, as which one is out is not known of every mesh; but not a side that has
+/// something close before it: what a lamp is mounted on.
 #[derive(Clone, Debug)]
 pub(super) struct Lights {
     /// Triangle ids, by id.
     triangles: Vec<u32>,
     /// Shares of the power of all lights up to and with each; the last is 1.
     cumulative: Vec<f32>,
+    /// Whether each shines on its front (counter-clockwise) and on its back.
+    sides: Vec<[bool; 2]>,
     /// Irradiance that light reflected more than once is taken for.
     ambient: Vec3,
 }
@@ -20,15 +24,26 @@ pub(super) struct Lights {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightPoint {
     pub(super) point: DVec3,
-    /// Of unit length, on either side.
-    pub(super) normal: DVec3,
+    /// Of unit length, at the front.
+    normal: DVec3,
+    sides: [bool; 2],
     /// Emitted radiance over the density of the choice, per unit of area.
     pub(super) radiance: Vec3,
 }
 
+impl LightPoint {
+    /// The cosine at the light of the way `towards` it, of unit length; 0 where it comes from a side that does not shine.
+    pub(super) fn cosine(&self, towards: DVec3) -> f64 {
+        let cosine = self.normal.dot(towards);
+        let [front, back] = self.sides;
+        if (cosine < 0.0 && front) || (cosine > 0.0 && back) { cosine.abs() } else { 0.0 }
+    }
+}
+
 impl Lights {
-    /// The lights among `triangles`, or none.
-    pub(super) fn of(triangles: &[Triangle], ids: &[u16], materials: &[Material]) -> Option<Self> {
+    /// The lights among the tracer's triangles, or none.
+    pub(super) fn of(ids: &[u16], materials: &[Material], tracer: &Tracer) -> Option<Self> {
+        let triangles = tracer.triangles();
         let emission = |id: usize| {
             let material = &materials[usize::from(ids[id])];
             if Effect::Shadow.is_called_for_by(material) { material.emission } else { Vec3::ZERO }
@@ -48,7 +63,9 @@ impl Lights {
         *cumulative.last_mut()? = 1.0;
         let flux = lights.iter().map(|&id| emission(id) * (triangles[id].area() as f32 * PI)).sum();
         let triangle_ids = lights.iter().map(|&id| id as u32).collect();
-        Some(Self { triangles: triangle_ids, cumulative, ambient: ambient(flux, triangles, ids, materials) })
+        let mut scratch = Scratch::default();
+        let sides = lights.iter().map(|&id| open_sides(&triangles[id], tracer, &mut scratch)).collect();
+        Some(Self { triangles: triangle_ids, cumulative, sides, ambient: ambient(flux, triangles, ids, materials) })
     }
 
     /// Irradiance of light that was reflected more than once.
@@ -77,8 +94,22 @@ impl Lights {
         let point = a + (b - a) * (root * (1.0 - v)) + (c - a) * (root * v);
         let area = 0.5 * cross.length();
         let emission = materials[usize::from(ids[id])].emission;
-        LightPoint { point, normal: cross.normalize_or_zero(), radiance: emission * (area as f32 / share) }
+        let sides = self.sides[place];
+        LightPoint { point, normal: cross.normalize_or_zero(), sides, radiance: emission * (area as f32 / share) }
     }
+}
+
+/// Front and back of a triangle: closed is one that sees less than a twentieth as far, straight ahead, as the other.
+fn open_sides(triangle: &Triangle, tracer: &Tracer, scratch: &mut Scratch) -> [bool; 2] {
+    let normal = triangle.cross().normalize_or_zero();
+    let middle = triangle.v.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / 3.0;
+    let step = middle.abs().max_element() * 1e-6;
+    let mut free = |normal: DVec3| {
+        let ray = Ray::new((middle + normal * step).as_vec3(), normal.as_vec3());
+        tracer.trace(Query::Closest, &ray, scratch, &mut ()).map_or(f32::INFINITY, |hit| hit.t)
+    };
+    let (front, back) = (free(normal), free(-normal));
+    [front * 20.0 >= back, back * 20.0 >= front]
 }
 
 /// The mean irradiance by light reflected at least once, if all of it stayed in the scene: flux · ρ / (area · (1 − ρ)), with
@@ -108,6 +139,8 @@ fn ambient(flux: Vec3, triangles: &[Triangle], ids: &[u16], materials: &[Materia
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trace::Kernel;
+    use crate::trace::testing::median_split;
 
     fn lamp(emission: f32) -> Material {
         Material { emission: Vec3::splat(emission), ..Material::default() }
@@ -120,10 +153,29 @@ mod tests {
         (triangles, vec![1, 2, 2, 0], vec![Material::default(), lamp(1.0), lamp(8.0)])
     }
 
+    fn lights(triangles: &[Triangle], ids: &[u16], materials: &[Material]) -> Option<Lights> {
+        let bvh = median_split(triangles, 2);
+        Lights::of(ids, materials, &Tracer::new(Kernel::Scalar, &bvh, triangles))
+    }
+
+    #[test]
+    fn a_side_against_a_wall_does_not_shine() {
+        let square = |z: f32| Triangle::new(Vec3::new(-4.0, -4.0, z), Vec3::new(8.0, -4.0, z), Vec3::new(-4.0, 8.0, z));
+        let materials = [Material::default(), lamp(1.0)];
+        let towards = |wall: f32, z: f64| {
+            let triangles = [square(0.0), square(wall), square(3.0)];
+            let lights = lights(&triangles, &[1, 0, 0], &materials).unwrap();
+            lights.sample(&triangles, &[1, 0, 0], &materials, [0.5; 2]).cosine(DVec3::Z * z)
+        };
+        assert_eq!((towards(-1.0, 1.0), towards(-1.0, -1.0)), (1.0, 1.0), "open to both sides");
+        assert_eq!((towards(-0.1, 1.0), towards(-0.1, -1.0)), (0.0, 1.0), "the wall is behind it");
+        assert_eq!((towards(0.1, 1.0), towards(0.1, -1.0)), (1.0, 0.0), "before it, and nothing is behind");
+    }
+
     #[test]
     fn lights_are_picked_by_power_and_points_by_area() {
         let (triangles, ids, materials) = scene();
-        let lights = Lights::of(&triangles, &ids, &materials).unwrap();
+        let lights = lights(&triangles, &ids, &materials).unwrap();
         assert_eq!(lights.triangles, [0, 1]);
         let n = 64;
         let (mut first, mut inner) = (0, 0);
@@ -147,16 +199,15 @@ mod tests {
     fn without_power_there_are_no_lights() {
         let (triangles, ids, mut materials) = scene();
         materials[1..].fill(lamp(0.0));
-        assert!(Lights::of(&triangles, &ids, &materials).is_none());
+        assert!(lights(&triangles, &ids, &materials).is_none());
         materials[1..].fill(lamp(f32::INFINITY));
-        assert!(Lights::of(&triangles, &ids, &materials).is_none());
-        assert!(Lights::of(&[], &[], &materials).is_none());
+        assert!(lights(&triangles, &ids, &materials).is_none());
     }
 
     #[test]
     fn reflected_light_is_a_geometric_series() {
         let (triangles, ids, materials) = scene();
-        let lights = Lights::of(&triangles, &ids, &materials).unwrap();
+        let lights = lights(&triangles, &ids, &materials).unwrap();
         // 6 π of flux on half a unit of area of reflectance 0.8.
         assert!((lights.ambient().x / (12.0 * PI * 4.0) - 1.0).abs() < 1e-5, "{}", lights.ambient());
     }

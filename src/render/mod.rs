@@ -20,6 +20,7 @@
 mod counts;
 mod direct;
 mod film;
+mod framing;
 mod heatmap;
 mod integrator;
 mod lights;

@@ -1,6 +1,7 @@
 //! The stage: a scene made ready for pictures under a set of effects, with what those effects need and nothing else.
 
 use super::film::Film;
+use super::framing::viewpoint;
 use super::integrator::{ROWS, Row, Work};
 use super::lights::Lights;
 use super::options::{Demand, Frame, StageOptions};
@@ -108,11 +109,11 @@ impl<'a> Stage<'a> {
         };
         let textures = pictures(Effect::Texture, |m| &m.diffuse_map);
         let cut_outs = pictures(Effect::CutOut, |m| &m.opacity_map);
-        let lights = on.has(Effect::Shadow).then(|| Lights::of(&scene.triangles, &scene.material_ids, &materials));
-        let lights = lights.flatten();
+        let tracer = Tracer::new(options.kernel, bvh, &scene.triangles);
+        let lights = on.has(Effect::Shadow).then(|| Lights::of(&scene.material_ids, &materials, &tracer)).flatten();
         Ok(Self {
             scene,
-            tracer: Tracer::new(options.kernel, bvh, &scene.triangles),
+            tracer,
             called_for: called_for.into_iter().map(|set| set.and(on)).collect(),
             forced,
             background: if lights.is_some() { Vec3::ZERO } else { options.background },
@@ -145,6 +146,12 @@ impl<'a> Stage<'a> {
             EffectUse { effect, materials: calling.map(|(material, _)| material.name.clone()).collect() }
         };
         self.on.iter().map(named).collect()
+    }
+
+    /// Where to look at the scene from: the camera of its file, upright, or of a file without one a place that shows what there
+    /// is: inside of a room, before an open side, near what most triangles are in.
+    pub fn viewpoint(&self) -> Camera {
+        viewpoint(self.scene, &self.tracer)
     }
 
     /// Pictures that could not be read, a line each.

@@ -21,9 +21,14 @@ impl Camera {
     /// A point is seen from a distance of 1, or of what f32 can tell apart where it lies; an empty or non-finite box is
     /// taken for the origin. Eyes are kept within the range of f32, so a box that fills it cannot be seen whole.
     pub fn framing(bounds: &Aabb) -> Self {
+        Self::framing_from(bounds, THREE_QUARTER)
+    }
+
+    /// As [`Self::framing`], from the direction `side` as seen from the middle of the box; of any length but zero.
+    pub fn framing_from(bounds: &Aabb, side: DVec3) -> Self {
         let (centre, half) =
             if bounds.is_valid() { (bounds.centre(), bounds.extent() * 0.5) } else { (DVec3::ZERO, DVec3::ZERO) };
-        let backward = THREE_QUARTER.normalize();
+        let backward = side.normalize_or(THREE_QUARTER.normalize());
         let (right, up) = picture_axes(-backward, DVec3::Y);
         let slope = libm::tan(f64::from(FRAMING_FOV).to_radians() / 2.0);
         // A corner at height h and depth z in the picture's axes is in view from distance h / slope + z on.

@@ -131,3 +131,41 @@ fn light_is_written_as_exr_and_exposure_brightens_png_alone() {
     assert!(lab.refuse("render m.obj -o a.jpg", 2).contains(".png or .exr"));
     assert!(lab.refuse("render m.obj --heatmap nodes -o a.exr", 2).contains(".png"));
 }
+
+#[test]
+fn several_cameras_take_a_picture_each() {
+    let lab = Lab::new();
+    let two = "--camera eye=9,9,9,look=0,0,0 --camera eye=9,1,0,look=0,0,0,fov=60";
+    let said = lab.fine(&format!("render thesis:tiny {two} --size 20x20 --spp 1 -o shot.png"));
+    assert!(said.contains("shot-1.png") && said.contains("shot-2.png"), "{said}");
+    assert!(picture(&lab, "shot-1.png") != picture(&lab, "shot-2.png"));
+    let reports = lab.json(&format!("render thesis:tiny {two} --size 20x20 --spp 1"));
+    assert_eq!(reports.as_array().map(Vec::len), Some(2), "{reports}");
+    assert!(lab.refuse("render thesis:tiny --camera nowhere", 2).contains("--camera"));
+}
+
+#[test]
+fn cameras_of_a_file_go_by_their_names() {
+    let lab = Lab::new();
+    let positions: Vec<u8> =
+        [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();
+    lab.write("data.bin", positions);
+    let node = |name: &str, camera: usize, z: f32| serde_json::json!({"camera": camera, "name": name, "translation": [0.3, 0.3, z]});
+    let camera = |yfov: f32| serde_json::json!({"type": "perspective", "perspective": {"yfov": yfov, "znear": 0.1}});
+    let gltf = serde_json::json!({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2]}],
+        "nodes": [{"mesh": 0}, node("near", 0, 2.0), node("far", 1, 5.0)],
+        "cameras": [camera(0.8), camera(0.9)],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "buffers": [{"uri": "data.bin", "byteLength": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}]
+    });
+    lab.write("two.gltf", gltf.to_string());
+    lab.fine("render two.gltf --size 20x20 --spp 1 --camera all -o c.png");
+    lab.fine("render two.gltf --size 20x20 --spp 1 --camera far -o far.png");
+    assert!(
+        picture(&lab, "c-2.png") == picture(&lab, "far.png") && picture(&lab, "c-1.png") != picture(&lab, "far.png")
+    );
+    assert!(lab.refuse("render two.gltf --camera mid", 2).contains("near, far"));
+}

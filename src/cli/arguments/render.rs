@@ -3,7 +3,6 @@
 use super::tree::TreeArguments;
 use super::words::{EffectWord, HeatWord, LightingWord, effects, size, stops};
 use bvh_lab::render::Demand;
-use bvh_lab::scene::CameraSpec;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -19,9 +18,10 @@ pub struct RenderArguments {
     /// Pixels
     #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = size)]
     pub size: (u32, u32),
-    /// Camera, such as eye=1,2,3,look=0,0,0,up=0,1,0,fov=45; what is not given is the scene's
-    #[arg(long, value_name = "SPEC")]
-    pub camera: Option<CameraSpec>,
+    /// Camera, such as eye=1,2,3,look=0,0,0,up=0,1,0,fov=45, what is not given being the scene's; or the name of a camera in its
+    /// file, or all of them. Several: a picture each, numbered
+    #[arg(long, value_name = "SPEC|NAME|all")]
+    pub camera: Vec<String>,
     /// Rays a pixel [default: 4; 16 where the scene has lights]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub spp: Option<u32>,

@@ -70,6 +70,17 @@ impl Report {
         Ok(())
     }
 
+    /// How many rays an effect cast.
+    fn cast_by(&self, effect: Effect) -> String {
+        match ray_kind(effect).map(|kind| self.rays.of(kind)) {
+            None => ": no ray of its own".into(),
+            Some(0) if effect == Effect::Transparency && self.effects.contains(&Effect::Refraction) => {
+                ": its rays are those of refraction".into()
+            }
+            Some(rays) => format!(": {rays} rays"),
+        }
+    }
+
     pub fn text(&self) -> String {
         let mut lines = vec![format!(
             "{}: {} × {} pixels, {} rays a pixel",
@@ -80,8 +91,7 @@ impl Report {
                 [] => "forced, nothing calls for it".into(),
                 some => format!("called for by {}", some.join(", ")),
             };
-            let rays = ray_kind(*effect).map_or_else(String::new, |kind| format!(": {} rays", self.rays.of(kind)));
-            lines.push(format!("on          {}, {who}{rays}", effect.id()));
+            lines.push(format!("on          {}, {who}{}", effect.id(), self.cast_by(*effect)));
         }
         let off: Vec<_> = Effect::ALL.iter().filter(|e| !self.effects.contains(e)).map(|e| e.id()).collect();
         if !off.is_empty() {
@@ -105,7 +115,7 @@ impl Report {
 }
 
 /// The kind of ray that an effect casts, if it casts any.
-fn ray_kind(effect: Effect) -> Option<RayKind> {
+const fn ray_kind(effect: Effect) -> Option<RayKind> {
     match effect {
         Effect::Shadow => Some(RayKind::Shadow),
         Effect::Mirror => Some(RayKind::Reflection),

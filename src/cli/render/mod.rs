@@ -1,5 +1,6 @@
 //! `bvh-lab render`: a picture, or a heat map of the work behind it.
 
+mod cameras;
 mod explain;
 
 use super::arguments::{HeatWord, RenderArguments};
@@ -11,6 +12,8 @@ use bvh_lab::bvh::Bvh;
 use bvh_lab::render::{Frame, HeatMap, Quantity, Stage, StageOptions};
 use bvh_lab::scene::{Camera, Effect, Scene};
 use bvh_lab::trace::Kernel;
+use cameras::{chosen, numbered};
+use explain::Report;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -23,14 +26,20 @@ pub fn run(a: &RenderArguments) -> Outcome {
     let path = output(a)?;
     let scene = load(&a.scene)?;
     let bvh = tree(&scene, &a.tree)?;
-    let camera = match &a.camera {
-        Some(spec) => spec.apply(&scene.camera).map_err(off)?,
-        None => scene.camera.upright(),
-    };
-    match a.heatmap {
-        Some(word) => heat_map(word, (&scene, &bvh), &camera, a.size, &path),
-        None => picture(a, &scene, &bvh, &camera, &path),
+    let options = StageOptions { demand: a.demand(), depth: a.depth, ..StageOptions::default() };
+    let stage = Stage::new(&scene, &bvh, &options).map_err(wrong)?;
+    let cameras = chosen(&a.camera, &scene, &stage.viewpoint())?;
+    let paths: Vec<_> = (0..cameras.len()).map(|i| numbered(&path, i, cameras.len())).collect();
+    if let Some(word) = a.heatmap {
+        return cameras
+            .iter()
+            .zip(&paths)
+            .try_for_each(|(camera, path)| heat_map(word, (&scene, &bvh), camera, a.size, path));
     }
+    for line in stage.warnings() {
+        eprintln!("bvh-lab: {}: {line}", scene.name);
+    }
+    pictures(a, (&stage, &bvh), &options, &cameras, &paths)
 }
 
 fn output(a: &RenderArguments) -> Result<PathBuf, Failure> {
@@ -43,26 +52,36 @@ fn output(a: &RenderArguments) -> Result<PathBuf, Failure> {
     }
 }
 
-fn picture(a: &RenderArguments, scene: &Scene, bvh: &Bvh, camera: &Camera, path: &Path) -> Outcome {
-    let options = StageOptions { demand: a.demand(), depth: a.depth, ..StageOptions::default() };
-    let stage = Stage::new(scene, bvh, &options).map_err(wrong)?;
-    for line in stage.warnings() {
-        eprintln!("bvh-lab: {}: {line}", scene.name);
-    }
+/// Takes a picture with each camera and tells of it.
+fn pictures(
+    a: &RenderArguments,
+    (stage, bvh): (&Stage, &Bvh),
+    options: &StageOptions,
+    cameras: &[Camera],
+    paths: &[PathBuf],
+) -> Outcome {
     let default = if stage.effects().has(Effect::Shadow) { RAYS_PER_PIXEL_WITH_LIGHTS } else { RAYS_PER_PIXEL };
     let frame = Frame { width: a.size.0, height: a.size.1, rays_per_pixel: a.rays_per_pixel().unwrap_or(default) };
-    let begin = Instant::now();
-    let picture = stage.render(camera, &frame);
-    let seconds = begin.elapsed().as_secs_f64();
-    picture.film.save(path, stage.exposure(&picture.film) * a.exposure.exp2()).map_err(wrong)?;
-    if !(a.json || a.explain) {
-        return say(&format!("{}: {} × {} pixels", path.display(), frame.width, frame.height));
+    let mut reports = Vec::new();
+    for (camera, path) in cameras.iter().zip(paths) {
+        let begin = Instant::now();
+        let picture = stage.render(camera, &frame);
+        let seconds = begin.elapsed().as_secs_f64();
+        picture.film.save(path, stage.exposure(&picture.film) * a.exposure.exp2()).map_err(wrong)?;
+        let mut report = Report::new(path, stage, &frame, &picture, seconds);
+        if a.explain {
+            report.force((stage.scene(), bvh), options, camera, &frame, &picture)?;
+        }
+        reports.push(report);
     }
-    let mut report = explain::Report::new(path, &stage, &frame, &picture, seconds);
-    if a.explain {
-        report.force((scene, bvh), &options, camera, &frame, &picture)?;
+    match (a.json, a.explain, reports.as_slice()) {
+        (true, _, [one]) => json(one),
+        (true, _, several) => json(&several),
+        (_, true, reports) => say(&reports.iter().map(Report::text).collect::<Vec<_>>().join("\n\n")),
+        _ => paths
+            .iter()
+            .try_for_each(|path| say(&format!("{}: {} × {} pixels", path.display(), frame.width, frame.height))),
     }
-    if a.json { json(&report) } else { say(&report.text()) }
 }
 
 fn heat_map(
