@@ -23,23 +23,36 @@ pub(super) fn viewpoint(scene: &Scene, tracer: &Tracer) -> Camera {
     if !bounds.is_valid() || !scene.cameras.is_empty() || scene.camera != Camera::framing(&bounds) {
         return scene.camera.upright();
     }
-    let mut eye = Eye { tracer, scratch: Scratch::default() };
+    let mut eye = Eye { scene, tracer, scratch: Scratch::default() };
     if let Some(room) = eye.inside(&bounds) {
         return room;
     }
+    let up = upwards(&bounds);
     let bounds = crowded(scene, &bounds);
-    let three_quarter = Camera::framing(&bounds);
-    // What is open to one side shows its inside there: twice as deep as it looks from the corner.
+    let from = |side: DVec3| Camera::framing_from(&bounds, if up == Vec3::Z { z_up(side) } else { side }, up);
+    let three_quarter = from(DVec3::new(0.5, 0.4, 0.75));
+    // What is open to one side shows its inside there: half as deep again as it looks from the corner.
     let sides = [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_X, DVec3::Y];
     let open = sides
-        .map(|side| Camera::framing_from(&bounds, side + DVec3::Y * 0.02))
+        .map(|side| from(side + DVec3::Y * 0.02))
         .map(|camera| (eye.depth_seen(&camera, &bounds), camera))
         .into_iter()
         .reduce(|best, other| if other.0 > best.0 * 1.05 { other } else { best });
     match open {
-        Some((depth, camera)) if depth > 2.0 * eye.depth_seen(&three_quarter, &bounds) => camera,
+        Some((depth, camera)) if depth > 1.5 * eye.depth_seen(&three_quarter, &bounds) => camera,
         _ => three_quarter,
     }
+}
+
+/// What is flat lies on the ground: z is up where it is by far the scene's least extent, else y.
+fn upwards(bounds: &Aabb) -> Vec3 {
+    let extent = bounds.extent();
+    if extent.z > 0.0 && extent.z * 3.0 < extent.x.min(extent.y) { Vec3::Z } else { Vec3::Y }
+}
+
+/// A direction in a world whose y is up, in one whose z is.
+fn z_up(v: DVec3) -> DVec3 {
+    DVec3::new(v.x, -v.z, v.y)
 }
 
 /// The box around all but the outermost triangles, if it is small in the scene's: a thing on a wide floor. Else the scene's.
@@ -58,17 +71,20 @@ fn crowded(scene: &Scene, bounds: &Aabb) -> Aabb {
 }
 
 struct Eye<'a> {
+    scene: &'a Scene,
     tracer: &'a Tracer<'a>,
     scratch: Scratch,
 }
 
 impl Eye<'_> {
-    /// Distance to the first surface, and whether its front is seen; none where there is nothing.
+    /// Distance to the first surface, and whether it is the front of a wall; none where there is nothing.
     fn look(&mut self, from: DVec3, direction: DVec3) -> Option<(f64, bool)> {
         let ray = Ray::new(from.as_vec3(), direction.as_vec3());
         let hit = self.tracer.trace(Query::Closest, &ray, &mut self.scratch, &mut ())?;
-        let normal = self.tracer.triangles()[hit.triangle as usize].cross();
-        Some((f64::from(hit.t), normal.dot(direction) < 0.0))
+        let id = hit.triangle as usize;
+        let is_front = self.scene.triangles[id].cross().dot(direction) < 0.0;
+        let material = &self.scene.materials[usize::from(self.scene.material_ids[id])];
+        Some((f64::from(hit.t), is_front && material.transmittance() == 0.0))
     }
 
     /// A camera in the room around the middle of the scene: one that has walls, floor and ceiling whose fronts are inside. (Of a
@@ -149,6 +165,7 @@ mod tests {
                 }
             }
         }
+        scene.material_ids = vec![0; scene.triangles.len()];
         scene.camera = Camera::framing(&scene.bounds());
         scene
     }
@@ -188,6 +205,12 @@ mod tests {
         list.push((Vec3::new(-50.0, -1.0, -50.0), Vec3::new(50.0, 0.0, 50.0), false, false));
         let camera = found(&boxes(&list));
         assert!(camera.eye.length() < 5.0, "{camera:?}");
+    }
+
+    #[test]
+    fn what_is_flat_lies_on_the_ground() {
+        let camera = found(&boxes(&[(Vec3::ZERO, Vec3::new(9.0, 9.0, 1.0), false, false)]));
+        assert!(camera.up == Vec3::Z && camera.eye.z > 2.0, "{camera:?}");
     }
 
     #[test]

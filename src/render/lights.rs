@@ -99,17 +99,19 @@ impl Lights {
     }
 }
 
-/// Front and back of a triangle: closed is one that sees less than a twentieth as far, straight ahead, as the other.
+/// Front and back of a triangle: closed is one that sees less than a hundredth as far, straight ahead, as the other, nothing
+/// being as far as the scene is wide.
 fn open_sides(triangle: &Triangle, tracer: &Tracer, scratch: &mut Scratch) -> [bool; 2] {
+    let width = tracer.bvh().root().aabb.extent().length() as f32;
     let normal = triangle.cross().normalize_or_zero();
     let middle = triangle.v.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / 3.0;
     let step = middle.abs().max_element() * 1e-6;
     let mut free = |normal: DVec3| {
         let ray = Ray::new((middle + normal * step).as_vec3(), normal.as_vec3());
-        tracer.trace(Query::Closest, &ray, scratch, &mut ()).map_or(f32::INFINITY, |hit| hit.t)
+        tracer.trace(Query::Closest, &ray, scratch, &mut ()).map_or(width, |hit| hit.t)
     };
     let (front, back) = (free(normal), free(-normal));
-    [front * 20.0 >= back, back * 20.0 >= front]
+    [front * 100.0 >= back, back * 100.0 >= front]
 }
 
 /// The mean irradiance by light reflected at least once, if all of it stayed in the scene: flux · ρ / (area · (1 − ρ)), with
@@ -168,8 +170,8 @@ mod tests {
             lights.sample(&triangles, &[1, 0, 0], &materials, [0.5; 2]).cosine(DVec3::Z * z)
         };
         assert_eq!((towards(-1.0, 1.0), towards(-1.0, -1.0)), (1.0, 1.0), "open to both sides");
-        assert_eq!((towards(-0.1, 1.0), towards(-0.1, -1.0)), (0.0, 1.0), "the wall is behind it");
-        assert_eq!((towards(0.1, 1.0), towards(0.1, -1.0)), (1.0, 0.0), "before it, and nothing is behind");
+        assert_eq!((towards(-0.01, 1.0), towards(-0.01, -1.0)), (0.0, 1.0), "the wall is behind it");
+        assert_eq!((towards(0.01, 1.0), towards(0.01, -1.0)), (1.0, 0.0), "before it, and nothing is behind");
     }
 
     #[test]

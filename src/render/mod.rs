@@ -36,6 +36,6 @@ mod tests;
 
 pub use counts::{RayCounts, RayKind};
 pub use film::{Film, FilmError};
-pub use heatmap::{DrawError, HeatMap, Quantity, heat_colour};
+pub use heatmap::{DrawError, HeatMap, Quantity, draw, heat_colour};
 pub use options::{Demand, Frame, StageOptions};
 pub use stage::{Picture, Stage, StageError};

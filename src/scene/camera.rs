@@ -21,15 +21,16 @@ impl Camera {
     /// A point is seen from a distance of 1, or of what f32 can tell apart where it lies; an empty or non-finite box is
     /// taken for the origin. Eyes are kept within the range of f32, so a box that fills it cannot be seen whole.
     pub fn framing(bounds: &Aabb) -> Self {
-        Self::framing_from(bounds, THREE_QUARTER)
+        Self::framing_from(bounds, THREE_QUARTER, Vec3::Y)
     }
 
-    /// As [`Self::framing`], from the direction `side` as seen from the middle of the box; of any length but zero.
-    pub fn framing_from(bounds: &Aabb, side: DVec3) -> Self {
+    /// As [`Self::framing`], from the direction `side` as seen from the middle of the box, and with `up` upwards; of any length
+    /// but zero.
+    pub fn framing_from(bounds: &Aabb, side: DVec3, up_axis: Vec3) -> Self {
         let (centre, half) =
             if bounds.is_valid() { (bounds.centre(), bounds.extent() * 0.5) } else { (DVec3::ZERO, DVec3::ZERO) };
         let backward = side.normalize_or(THREE_QUARTER.normalize());
-        let (right, up) = picture_axes(-backward, DVec3::Y);
+        let (right, up) = picture_axes(-backward, up_axis.as_dvec3());
         let slope = libm::tan(f64::from(FRAMING_FOV).to_radians() / 2.0);
         // A corner at height h and depth z in the picture's axes is in view from distance h / slope + z on.
         let reach = |axis: DVec3, signs: DVec3| (half * signs).dot(axis);
@@ -46,7 +47,7 @@ impl Camera {
         Self {
             eye: (centre + backward * distance).clamp(-limit, limit).as_vec3(),
             look_at: centre.as_vec3(),
-            up: Vec3::Y,
+            up: up_axis,
             fov_degrees: FRAMING_FOV,
         }
     }

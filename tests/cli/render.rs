@@ -43,6 +43,19 @@ fn a_heat_map_shows_the_work_beside_its_legend() {
 }
 
 #[test]
+fn heat_maps_of_two_builders_stand_side_by_side() {
+    let lab = Lab::new();
+    let one = "render thesis:tiny --size 60x40 --heatmap tests -b binned-sah";
+    lab.fine(&format!("{one} -o one.png"));
+    lab.fine(&format!("{one} --against lbvh -o two.png"));
+    let (one, two) = (picture(&lab, "one.png"), picture(&lab, "two.png"));
+    assert!(two.width() > one.width() + 60 && two.height() == one.height());
+    lab.fine("render thesis:tiny --size 30x20 --heatmap time -o time.png");
+    assert!(colours(&picture(&lab, "time.png"), 30, 20) > 5);
+    assert!(lab.refuse("render thesis:tiny --against lbvh", 2).contains("--heatmap"));
+}
+
+#[test]
 fn another_camera_another_picture_and_samples_smooth_it() {
     let lab = Lab::new();
     lab.fine("render thesis:tiny --size 30x30 --samples 1 -o a.png");

@@ -1,7 +1,7 @@
 //! Words of `render`.
 
 use super::tree::TreeArguments;
-use super::words::{EffectWord, HeatWord, LightingWord, effects, size, stops};
+use super::words::{EffectWord, HeatWord, LightingWord, Recipe, effects, recipe, size, stops};
 use bvh_lab::render::Demand;
 use clap::Args;
 use std::path::PathBuf;
@@ -50,6 +50,9 @@ pub struct RenderArguments {
     /// Work per pixel instead of the picture
     #[arg(long, conflicts_with_all = ["effects", "lighting", "spp", "samples", "exposure"])]
     pub heatmap: Option<HeatWord>,
+    /// With --heatmap: beside it, on the same scale, that of a tree by this builder
+    #[arg(long, value_name = "BUILDER", value_parser = recipe, requires = "heatmap")]
+    pub against: Option<Recipe>,
 }
 
 impl RenderArguments {

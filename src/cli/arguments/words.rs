@@ -92,6 +92,8 @@ pub enum HeatWord {
     Nodes,
     /// Triangles tested
     Tests,
+    /// Nanoseconds
+    Time,
 }
 
 /// `auto`, or a set of effects.

@@ -2,16 +2,16 @@
 
 mod cameras;
 mod explain;
+mod heat;
 
-use super::arguments::{HeatWord, RenderArguments};
+use super::arguments::RenderArguments;
 use super::build::load;
 use super::output::{json, say};
 use super::trace::tree;
 use super::{Failure, Outcome, off, wrong};
 use bvh_lab::bvh::Bvh;
-use bvh_lab::render::{Frame, HeatMap, Quantity, Stage, StageOptions};
-use bvh_lab::scene::{Camera, Effect, Scene};
-use bvh_lab::trace::Kernel;
+use bvh_lab::render::{Frame, Stage, StageOptions};
+use bvh_lab::scene::{Camera, Effect};
 use cameras::{chosen, numbered};
 use explain::Report;
 use std::path::{Path, PathBuf};
@@ -31,10 +31,11 @@ pub fn run(a: &RenderArguments) -> Outcome {
     let cameras = chosen(&a.camera, &scene, &stage.viewpoint())?;
     let paths: Vec<_> = (0..cameras.len()).map(|i| numbered(&path, i, cameras.len())).collect();
     if let Some(word) = a.heatmap {
+        let trees = heat::trees(a, &scene, bvh)?;
         return cameras
             .iter()
             .zip(&paths)
-            .try_for_each(|(camera, path)| heat_map(word, (&scene, &bvh), camera, a.size, path));
+            .try_for_each(|(camera, path)| heat::map(word, &trees, (&scene.triangles, camera), a.size, path));
     }
     for line in stage.warnings() {
         eprintln!("bvh-lab: {}: {line}", scene.name);
@@ -82,23 +83,6 @@ fn pictures(
             .iter()
             .try_for_each(|path| say(&format!("{}: {} × {} pixels", path.display(), frame.width, frame.height))),
     }
-}
-
-fn heat_map(
-    word: HeatWord,
-    (scene, bvh): (&Scene, &Bvh),
-    camera: &Camera,
-    (width, height): (u32, u32),
-    path: &Path,
-) -> Outcome {
-    let quantity = match word {
-        HeatWord::Nodes => Quantity::Nodes,
-        HeatWord::Tests => Quantity::TriangleTests,
-    };
-    let map = HeatMap::trace(quantity, Kernel::Scalar, (bvh, &scene.triangles), camera, (width, height));
-    let drawn = map.draw().map_err(wrong)?;
-    drawn.save(path).map_err(|e| wrong(format!("cannot write {}: {e}", path.display())))?;
-    say(&format!("{}: {} × {} pixels", path.display(), drawn.width(), drawn.height()))
 }
 
 /// The scene's name in the current folder: a colon becomes a dash, a file's folder and ending go.
