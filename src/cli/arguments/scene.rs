@@ -22,6 +22,9 @@ pub struct BuildArguments {
     /// Write the tree
     #[arg(short, long, value_name = "TREE.bvh")]
     pub output: Option<PathBuf>,
+    /// Write the tree for other programs: nodes as .json, or boxes level by level as .obj
+    #[arg(long, value_name = "FILE.json|FILE.obj")]
+    pub export: Option<PathBuf>,
     /// With --tree: give the tree new boxes, its scene having as many triangles whose vertices have moved
     #[arg(long, requires = "file", conflicts_with_all = ["builder", "arity", "ReadingArguments"])]
     pub refit: bool,
