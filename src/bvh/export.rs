@@ -130,7 +130,8 @@ mod tests {
         assert_eq!((tree["arity"].as_u64(), nodes.len()), (Some(4), bvh.nodes.len()));
         let mut triangles = Vec::new();
         for (index, node) in nodes.iter().enumerate() {
-            assert_eq!(node["min"], serde_json::json!(bvh.nodes[index].aabb.min.to_array()));
+            let min: [f32; 3] = serde_json::from_value(node["min"].clone()).unwrap();
+            assert_eq!(min, bvh.nodes[index].aabb.min.to_array());
             assert!(node["children"].is_array() != node["triangles"].is_array());
             for child in node["children"].as_array().into_iter().flatten() {
                 let child = child.as_u64().unwrap() as usize;

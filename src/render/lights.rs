@@ -105,9 +105,9 @@ fn open_sides(triangle: &Triangle, tracer: &Tracer, scratch: &mut Scratch) -> [b
     let width = tracer.bvh().root().aabb.extent().length() as f32;
     let normal = triangle.cross().normalize_or_zero();
     let middle = triangle.v.iter().map(|p| p.as_dvec3()).sum::<DVec3>() / 3.0;
-    let step = middle.abs().max_element() * 1e-6;
     let mut free = |normal: DVec3| {
-        let ray = Ray::new((middle + normal * step).as_vec3(), normal.as_vec3());
+        // The light itself is not in its own way.
+        let ray = Ray { t_min: width * 1e-6, ..Ray::new(middle.as_vec3(), normal.as_vec3()) };
         tracer.trace(Query::Closest, &ray, scratch, &mut ()).map_or(width, |hit| hit.t)
     };
     let (front, back) = (free(normal), free(-normal));
