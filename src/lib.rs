@@ -1,7 +1,7 @@
 //! A laboratory for bounding volume hierarchies (BVHs) for ray tracing: how they are built, what a build costs,
 //! and what the tree is worth.
 //!
-//! Data flows one way: [`geom`] ← [`scene`], [`bvh`] ← [`cost`], [`build`], [`refine`], [`trace`] ← [`lab`] → [`rows`] ← [`report`].
+//! Data flows one way: [`geom`] ← [`scene`], [`bvh`] ← [`cost`], [`build`], [`refine`], [`trace`] ← [`render`] ← [`lab`] → [`rows`] ← [`report`].
 //! A figure cannot recompute a result: the code that draws it sees rows and nothing else.
 //!
 //! A tree as the thesis' program built it, and what it is worth (`examples/build_and_trace.rs` goes on to trace a ray):
@@ -27,6 +27,7 @@ pub mod cost;
 pub mod geom;
 pub mod lab;
 pub mod refine;
+pub mod render;
 pub mod report;
 pub mod rows;
 pub mod scene;

@@ -1,5 +1,6 @@
 //! The tree: one node layout for every arity, and what can be asked of a finished tree.
 
+mod export;
 pub mod file;
 mod hash;
 mod quantise;
@@ -7,6 +8,7 @@ mod quantise;
 pub(crate) mod testing;
 mod validate;
 
+pub use export::{ExportError, export_boxes, export_json};
 pub use hash::{TreeHash, tree_hash};
 pub use quantise::{quantised, stored_bytes};
 pub use validate::{Coverage, Limits, Violation, Violations, validate, validate_parts};

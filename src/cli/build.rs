@@ -7,7 +7,7 @@ use super::tree_file::{self, RefitReport};
 use super::{Failure, Outcome, off, wrong};
 use bvh_lab::build::{BuildOptions, Engine, Preset, find};
 use bvh_lab::bvh::file::{self, SavedTree};
-use bvh_lab::bvh::{Bvh, Coverage, Limits, tree_hash};
+use bvh_lab::bvh::{Bvh, Coverage, Limits, export_boxes, export_json, tree_hash};
 use bvh_lab::cost::{SahParams, epo, leaf_counts, sah, stats};
 use bvh_lab::lab::{
     BuildCell, Built, EPO_LIMIT, Measured, Repeats, human_seconds, leaf_count_rays, measure_build, spread,
@@ -185,6 +185,7 @@ pub fn run(a: &BuildArguments) -> Outcome {
     if let Some(path) = a.output.as_ref().filter(|p| !p.extension().is_some_and(|e| e.eq_ignore_ascii_case("bvh"))) {
         return Err(off(format!("{}: trees are written as .bvh", path.display())));
     }
+    check_export(a)?;
     if let Some(path) = &a.tree.file {
         return tree_file::run(a, path);
     }
@@ -218,7 +219,28 @@ pub fn finish(a: &BuildArguments, scene: &Scene, mut report: BuildReport, tree: 
         }
         (None, _) => {}
     }
+    if let (Some(path), Some((bvh, _))) = (&a.export, tree) {
+        let export = if is_json(path) { export_json } else { export_boxes };
+        export(bvh, path).map_err(wrong)?;
+    }
     if a.run.json { json(&report) } else { say(&text(&report)) }
+}
+
+fn is_json(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
+}
+
+/// Refuses a path that trees are not exported to.
+fn check_export(a: &BuildArguments) -> Outcome {
+    match &a.export {
+        Some(path) if !is_json(path) && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) => {
+            Err(off(format!("{}: trees are exported as .json or .obj", path.display())))
+        }
+        Some(path) if path.canonicalize().ok().is_some_and(|p| Path::new(&a.scene).canonicalize().ok() == Some(p)) => {
+            Err(off(format!("{}: that is the scene itself; export the tree under another name", path.display())))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Does `work`, and says every ten seconds that it is not done yet.
@@ -286,9 +308,10 @@ fn cold_runs(runs: usize) -> Result<Spread, Failure> {
     let mut arguments = Vec::new();
     while let Some(word) = words.next() {
         match word.to_str() {
-            Some("--runs" | "--budget" | "--output" | "-o") => drop(words.next()),
+            Some("--runs" | "--budget" | "--output" | "-o" | "--export") => drop(words.next()),
             Some("--json" | "--lcv") => {}
-            Some(w) if ["--runs=", "--budget=", "--output=", "-o"].iter().any(|own| w.starts_with(own)) => {}
+            Some(w)
+                if ["--runs=", "--budget=", "--output=", "--export=", "-o"].iter().any(|own| w.starts_with(own)) => {}
             _ => arguments.push(word),
         }
     }

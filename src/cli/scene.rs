@@ -4,7 +4,7 @@ use super::arguments::SceneArguments;
 use super::build::load;
 use super::output::{json, say, short};
 use super::{Outcome, off, wrong};
-use bvh_lab::scene::{Dropped, Effect, Material, Scene, effects, export_obj};
+use bvh_lab::scene::{Dropped, Effect, EffectSet, Material, Scene, effects, export_obj};
 use serde::Serialize;
 use std::path::Path;
 
@@ -47,6 +47,8 @@ struct MaterialReport<'a> {
     refraction_index: f32,
     opacity: f32,
     illumination_model: u8,
+    /// What it calls for.
+    effects: Vec<Effect>,
 }
 
 /// Runs the command.
@@ -98,6 +100,7 @@ fn material(m: &Material, triangles: usize) -> MaterialReport<'_> {
         refraction_index: m.refraction_index,
         opacity: m.opacity,
         illumination_model: m.illumination_model,
+        effects: EffectSet::of(m).iter().collect(),
     }
 }
 

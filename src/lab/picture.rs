@@ -1,9 +1,9 @@
 //! Figure 3: the thesis' largest scene, rendered once and kept beside the rows.
 
 use crate::build::{self, BuildOptions, Counters, Input};
+use crate::render::{Frame, Stage, StageError, StageOptions};
 use crate::rows::{RowError, write_whole};
-use crate::scene::{Scene, SceneError, smooth_normals};
-use crate::trace::{RenderOptions, render, upright};
+use crate::scene::{Scene, SceneError};
 use image::ImageFormat;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -20,6 +20,9 @@ pub enum PictureError {
     /// No tree was built over it.
     #[error("{SCENE}: {0}")]
     Build(#[from] build::BuildError),
+    /// It was not made ready.
+    #[error("{SCENE}: {0}")]
+    Stage(#[from] StageError),
     /// The file system refused.
     #[error(transparent)]
     Write(#[from] RowError),
@@ -46,8 +49,9 @@ pub fn figure3(rows: &Path) -> Result<(), PictureError> {
     let scene = Scene::load(SCENE)?;
     let builder = build::find("top-down").expect("it is registered");
     let bvh = (builder.counted)(Input::of_boxes(&scene.boxes()), &BuildOptions::default(), &mut Counters::default())?;
-    let options = RenderOptions { width: 900, height: 900, samples: 3, ..RenderOptions::default() };
-    let picture = render(&scene, &smooth_normals(&scene), &bvh, &upright(&scene.camera), &options);
+    let stage = Stage::new(&scene, &bvh, &StageOptions::default())?;
+    let picture = stage.render(&scene.camera.upright(), &Frame { width: 900, height: 900, rays_per_pixel: 9 });
+    let picture = picture.film.to_srgb(stage.exposure(&picture.film));
     let mut png = Vec::new();
     picture
         .write_to(&mut Cursor::new(&mut png), ImageFormat::Png)

@@ -7,7 +7,7 @@ use crate::rows::{Lighting, Spread};
 use crate::scene::{Camera, Scene};
 use crate::trace::{
     ImageCounts, PublishedCamera, Reading, Scratch, StudyView, THESIS_SIZE, brute_force, closest_hit, primary_rays,
-    run_image, trace_image, upright,
+    run_image, trace_image,
 };
 use glam::Vec3;
 use rayon::prelude::*;
@@ -42,7 +42,7 @@ pub struct Traced {
 impl Stage {
     /// Takes what tracing needs out of `scene`.
     pub fn new(scene: &Scene) -> Self {
-        let rays = primary_rays(&upright(&scene.camera), REFERENCE.0, REFERENCE.1);
+        let rays = primary_rays(&scene.camera.upright(), REFERENCE.0, REFERENCE.1);
         let by_force = |ray| (ray, brute_force::<WatertightRay>(&scene.triangles, &ray));
         Self {
             triangles: scene.triangles.clone(),

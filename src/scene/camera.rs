@@ -21,10 +21,16 @@ impl Camera {
     /// A point is seen from a distance of 1, or of what f32 can tell apart where it lies; an empty or non-finite box is
     /// taken for the origin. Eyes are kept within the range of f32, so a box that fills it cannot be seen whole.
     pub fn framing(bounds: &Aabb) -> Self {
+        Self::framing_from(bounds, THREE_QUARTER, Vec3::Y)
+    }
+
+    /// As [`Self::framing`], from the direction `side` as seen from the middle of the box, and with `up` upwards; of any length
+    /// but zero.
+    pub fn framing_from(bounds: &Aabb, side: DVec3, up_axis: Vec3) -> Self {
         let (centre, half) =
             if bounds.is_valid() { (bounds.centre(), bounds.extent() * 0.5) } else { (DVec3::ZERO, DVec3::ZERO) };
-        let backward = THREE_QUARTER.normalize();
-        let (right, up) = picture_axes(-backward, DVec3::Y);
+        let backward = side.normalize_or(THREE_QUARTER.normalize());
+        let (right, up) = picture_axes(-backward, up_axis.as_dvec3());
         let slope = libm::tan(f64::from(FRAMING_FOV).to_radians() / 2.0);
         // A corner at height h and depth z in the picture's axes is in view from distance h / slope + z on.
         let reach = |axis: DVec3, signs: DVec3| (half * signs).dot(axis);
@@ -41,9 +47,16 @@ impl Camera {
         Self {
             eye: (centre + backward * distance).clamp(-limit, limit).as_vec3(),
             look_at: centre.as_vec3(),
-            up: Vec3::Y,
+            up: up_axis,
             fov_degrees: FRAMING_FOV,
         }
+    }
+
+    /// This camera with world up (+y) upwards in the picture: the thesis' own camera has its up vector upside down, and its
+    /// picture, turned by 180°, is that of this camera.
+    #[must_use]
+    pub fn upright(self) -> Self {
+        Self { up: if self.up.y < 0.0 { -self.up } else { self.up }, ..self }
     }
 
     /// A picture of `width` × `height` pixels through this camera.
@@ -78,8 +91,13 @@ pub struct View {
 impl View {
     /// The ray through the centre of pixel (`px`, `py`), counted from the upper left, of unit direction.
     pub fn ray(&self, px: u32, py: u32) -> Ray {
-        let x = (2.0 * f64::from(px) + 1.0 - self.size.x) / self.size.y;
-        let y = (self.size.y - 2.0 * f64::from(py) - 1.0) / self.size.y;
+        self.ray_through(f64::from(px) + 0.5, f64::from(py) + 0.5)
+    }
+
+    /// The ray through a point of the picture, in pixels from its upper left corner, of unit direction.
+    pub fn ray_through(&self, x: f64, y: f64) -> Ray {
+        let x = (2.0 * x - self.size.x) / self.size.y;
+        let y = (self.size.y - 2.0 * y) / self.size.y;
         let direction = self.forward + self.right * x + self.up * y;
         Ray::new(self.eye, direction.normalize().as_vec3())
     }

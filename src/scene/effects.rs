@@ -110,9 +110,20 @@ impl EffectSet {
         self.0 == 0
     }
 
+    /// What is in either.
+    #[must_use]
+    pub const fn or(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
     /// One bit an effect, the first of [`Effect::ALL`] lowest.
     pub const fn bits(self) -> u8 {
         self.0
+    }
+
+    /// The set of such bits; bits beyond those of [`Effect::ALL`] are no effects.
+    pub const fn from_bits(bits: u8) -> Self {
+        Self(bits & Self::ALL.0)
     }
 
     /// Its effects, in the order of [`Effect::ALL`].

@@ -1,10 +1,9 @@
-//! Tracing kernels, one file each, and the probes that count their work; ray sets, the thesis' pictures, renderings.
+//! Tracing kernels, one file each, and the probes that count their work; ray sets and the thesis' pictures.
 
 mod batch;
 mod closest;
 mod first_leaf;
 mod gather;
-mod heatmap;
 mod hits;
 mod kernels;
 mod lighting;
@@ -13,7 +12,6 @@ mod probe;
 mod published_camera;
 mod ray_file;
 mod ray_sets;
-mod render;
 mod scratch;
 mod secondary;
 mod slab;
@@ -29,7 +27,6 @@ pub use batch::{Batch, count_batch, trace_batch};
 pub use closest::{FastTest, TriangleTest, any_hit, brute_force, closest_hit};
 pub use first_leaf::{FirstLeafOptions, first_leaf};
 pub use gather::{all_hits, brute_force_all};
-pub use heatmap::{DrawError, HeatMap, Quantity, heat_colour};
 pub use hits::{HitRecord, hit_bytes, hit_hash, write_hits};
 pub use kernels::{KERNELS, Kernel, KernelInfo, Query, Width};
 pub use lighting::{
@@ -41,8 +38,7 @@ pub use probe::{TraceCounters, TraceProbe};
 pub use published_camera::{PublishedCamera, THESIS_SIZE};
 pub use ray_file::{RayFileError, read_rays, write_rays};
 pub use ray_sets::{diffuse_rays, primary_rays, shadow_rays};
-pub use render::{RenderOptions, render, upright};
 pub use scratch::Scratch;
-pub use secondary::{facing_normal, leave_surface, mirror};
+pub use secondary::{enter_surface, facing_normal, leave_surface, mirror};
 pub use tracer::Tracer;
 pub use wide::WideBvh;

@@ -24,8 +24,16 @@ pub fn facing_normal(triangle: &Triangle, ray: &Ray) -> DVec3 {
 /// moved point: it cannot lie behind the plane, and stays within about 10⁻⁶ of the coordinates' size of it, far below the
 /// gap of any wall one would model.
 pub fn leave_surface(ray: &Ray, hit: &Hit, triangle: &Triangle) -> Vec3 {
+    off_surface(ray, hit, facing_normal(triangle, ray))
+}
+
+/// As [`leave_surface`], on the other side: for rays that go on through the surface.
+pub fn enter_surface(ray: &Ray, hit: &Hit, triangle: &Triangle) -> Vec3 {
+    off_surface(ray, hit, -facing_normal(triangle, ray))
+}
+
+fn off_surface(ray: &Ray, hit: &Hit, normal: DVec3) -> Vec3 {
     const HALF_ULP: f64 = 1.0 / (1u64 << 24) as f64;
-    let normal = facing_normal(triangle, ray);
     let step = ray.direction.as_dvec3() * f64::from(hit.t);
     let point = ray.origin.as_dvec3() + step;
     let bound = normal.abs().dot(step.abs() + 2.0 * point.abs()) * HALF_ULP;
@@ -60,6 +68,9 @@ mod tests {
                     let height = facing_normal(&triangle, &ray).dot(start - triangle.v[0].as_dvec3());
                     let size = f64::from(start.abs().max_element() as f32 + origin.length());
                     assert!(height > -1e-15 * size && height < 1.5e-6 * size, "{height:e} {size}");
+                    let inside = enter_surface(&ray, &Hit { triangle: 0, t }, &triangle).as_dvec3();
+                    let depth = facing_normal(&triangle, &ray).dot(triangle.v[0].as_dvec3() - inside);
+                    assert!(depth > -1e-15 * size && depth < 1.5e-6 * size, "{depth:e} {size}");
                 }
             }
         }

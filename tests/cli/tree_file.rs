@@ -185,3 +185,21 @@ fn cold_runs_leave_one_tree() {
     }
     assert!(lab.read("a.bvh") == lab.read("b.bvh") && lab.read("a.bvh") == lab.read("c.bvh"));
 }
+
+#[test]
+fn trees_are_exported_for_other_programs() {
+    let lab = Lab::new();
+    let report = lab.json("build thesis:tiny -k 4 --runs 1 --export tree.json");
+    let tree: Value = serde_json::from_slice(&lab.read("tree.json")).unwrap();
+    let nodes = tree["nodes"].as_array().unwrap().len() as f64;
+    assert_eq!(nodes, number(&report, "inner") + number(&report, "leaves"));
+    lab.fine("build thesis:tiny -k 4 --runs 1 -o tiny.bvh");
+    lab.fine("build thesis:tiny --tree tiny.bvh --export again.json");
+    assert!(lab.read("again.json") == lab.read("tree.json"));
+    lab.fine("build thesis:tiny -k 4 --runs 1 --export boxes.obj");
+    let boxes = lab.json("scene boxes.obj");
+    assert_eq!(number(&boxes, "triangles"), 12.0 * (nodes - number(&report, "empty")));
+    assert_eq!(boxes["bounds"], lab.json("scene thesis:tiny")["bounds"]);
+    assert!(lab.refuse("build thesis:tiny --export tree.txt", 2).contains(".json or .obj"));
+    assert!(lab.refuse("build boxes.obj --export boxes.obj", 2).contains("the scene itself"));
+}

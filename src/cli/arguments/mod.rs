@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod compare;
+mod render;
 mod scene;
 mod study;
 mod tree;
@@ -9,7 +10,8 @@ mod words;
 
 pub use accuracy::AccuracyArguments;
 pub use compare::CompareArguments;
-pub use scene::{BuildArguments, RenderArguments, RunArguments, SceneArguments, TraceArguments};
+pub use render::RenderArguments;
+pub use scene::{BuildArguments, RunArguments, SceneArguments, TraceArguments};
 pub use study::{ReportArguments, ReproduceArguments, ScalingArguments};
 pub use tree::TreeArguments;
 pub use words::{HeatWord, Item, ListWord, RayWord, Recipe};

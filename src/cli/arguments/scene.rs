@@ -1,8 +1,7 @@
 //! Words of the commands about one scene, and how a measurement runs.
 
 use super::tree::TreeArguments;
-use super::words::{HeatWord, RayWord, Recipe, Switch, kernel, recipe, seconds, size};
-use bvh_lab::scene::CameraSpec;
+use super::words::{RayWord, Recipe, Switch, kernel, recipe, seconds, size};
 use bvh_lab::trace::{FirstLeafOptions, Kernel};
 use clap::Args;
 use std::path::PathBuf;
@@ -23,6 +22,9 @@ pub struct BuildArguments {
     /// Write the tree
     #[arg(short, long, value_name = "TREE.bvh")]
     pub output: Option<PathBuf>,
+    /// Write the tree for other programs: nodes as .json, or boxes level by level as .obj
+    #[arg(long, value_name = "FILE.json|FILE.obj")]
+    pub export: Option<PathBuf>,
     /// With --tree: give the tree new boxes, its scene having as many triangles whose vertices have moved
     #[arg(long, requires = "file", conflicts_with_all = ["builder", "arity", "ReadingArguments"])]
     pub refit: bool,
@@ -81,29 +83,6 @@ impl TraceArguments {
             kernel => Ok(kernel),
         }
     }
-}
-
-#[derive(Debug, Args)]
-pub struct RenderArguments {
-    /// thesis:LEVEL, gen:FAMILY:TRIANGLES[:SEED], or a file
-    pub scene: String,
-    #[command(flatten)]
-    pub tree: TreeArguments,
-    /// The picture [default: the scene's name with .png]
-    #[arg(short, long, value_name = "FILE.png")]
-    pub output: Option<PathBuf>,
-    /// Pixels
-    #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = size)]
-    pub size: (u32, u32),
-    /// Camera, such as eye=1,2,3,look=0,0,0,up=0,1,0,fov=45; what is not given is the scene's
-    #[arg(long, value_name = "SPEC")]
-    pub camera: Option<CameraSpec>,
-    /// Rays along each side of a pixel: 2 means 4 rays a pixel
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u32).range(1..=64))]
-    pub samples: u32,
-    /// Work per pixel instead of the picture
-    #[arg(long)]
-    pub heatmap: Option<HeatWord>,
 }
 
 #[derive(Debug, Args)]

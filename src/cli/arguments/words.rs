@@ -2,7 +2,8 @@
 
 use bvh_lab::build::{self, Builder, Engine, Preset};
 use bvh_lab::refine::{Collapse, Refinements};
-use bvh_lab::rows::Experiment;
+use bvh_lab::rows::{Experiment, Lighting};
+use bvh_lab::scene::{EffectSet, UnknownEffect};
 use bvh_lab::trace::Kernel;
 use clap::ValueEnum;
 use std::time::Duration;
@@ -91,6 +92,36 @@ pub enum HeatWord {
     Nodes,
     /// Triangles tested
     Tests,
+    /// Nanoseconds
+    Time,
+}
+
+/// `auto`, or a set of effects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EffectWord {
+    Auto,
+    Set(EffectSet),
+}
+
+/// A lighting case of the thesis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LightingWord {
+    /// Primary rays only
+    Primary,
+    /// Every surface a mirror, one reflection deep
+    Reflection,
+    /// Every surface of opacity ½
+    Opacity,
+}
+
+impl From<LightingWord> for Lighting {
+    fn from(word: LightingWord) -> Self {
+        match word {
+            LightingWord::Primary => Self::Primary,
+            LightingWord::Reflection => Self::Reflection,
+            LightingWord::Opacity => Self::Opacity,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -161,6 +192,21 @@ pub fn size(word: &str) -> Result<(u32, u32), String> {
     match parsed {
         Some((w @ 1..=LARGEST, h @ 1..=LARGEST)) => Ok((w, h)),
         _ => Err(format!("WIDTHxHEIGHT in pixels is wanted, each 1 to {LARGEST}")),
+    }
+}
+
+pub fn effects(word: &str) -> Result<EffectWord, String> {
+    match word {
+        "auto" => Ok(EffectWord::Auto),
+        _ => word.parse().map(EffectWord::Set).map_err(|e: UnknownEffect| format!("{e}; or auto")),
+    }
+}
+
+/// A number of stops.
+pub fn stops(word: &str) -> Result<f32, String> {
+    match word.parse::<f32>() {
+        Ok(stops) if stops.abs() <= 64.0 => Ok(stops),
+        _ => Err("a number of stops from -64 to 64 is wanted".into()),
     }
 }
 

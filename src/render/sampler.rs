@@ -1,0 +1,92 @@
+//! Where in a pixel and on a light a ray goes: a low-discrepancy sequence, the same on every machine and for any number of
+//! threads.
+//!
+//! The (0,2)-sequence of Sobol' (1967), Owen-scrambled and shuffled by hashing (Burley, "Practical Hash-based Owen
+//! Scrambling", JCGT 9(4), 2020): every pair of dimensions is stratified in itself, and pairs are independent of each other.
+
+/// The samples of one ray through one pixel.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sampler {
+    pixel: u32,
+    index: u32,
+}
+
+impl Sampler {
+    /// The `index`-th sample of pixel (`x`, `y`).
+    #[inline]
+    pub(super) fn new(x: u32, y: u32, index: u32) -> Self {
+        Self { pixel: hash(x ^ hash(y)), index }
+    }
+
+    /// Two numbers of [0, 1) for the `pair`-th choice along the ray's way.
+    #[inline]
+    pub(super) fn pair(&self, pair: u32) -> [f32; 2] {
+        let seed = hash(self.pixel ^ hash(pair));
+        let index = scramble(self.index, seed);
+        [scramble(index.reverse_bits(), hash(seed ^ 1)), scramble(second_dimension(index), hash(seed ^ 2))].map(unit)
+    }
+}
+
+/// The second dimension of Sobol's sequence as a fraction of 2³² (Kollig and Keller 2002).
+fn second_dimension(mut index: u32) -> u32 {
+    let (mut result, mut direction) = (0, 1 << 31);
+    while index != 0 {
+        if index & 1 == 1 {
+            result ^= direction;
+        }
+        index >>= 1;
+        direction ^= direction >> 1;
+    }
+    result
+}
+
+/// Owen scrambling by the Laine–Karras hash, in which a bit depends on higher ones alone.
+fn scramble(x: u32, seed: u32) -> u32 {
+    let mut x = x.reverse_bits().wrapping_add(seed);
+    for factor in [0x6c50_b47c, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6] {
+        x ^= x.wrapping_mul(factor);
+    }
+    x.reverse_bits()
+}
+
+/// A hash of 32 bits to 32 (a multiplicative mixer with full avalanche).
+fn hash(x: u32) -> u32 {
+    let x = (x ^ (x >> 16)).wrapping_add(0x9e37_79b9).wrapping_mul(0x7feb_352d);
+    let x = (x ^ (x >> 15)).wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
+}
+
+/// The upper 24 bits as a fraction.
+fn unit(x: u32) -> f32 {
+    (x >> 8) as f32 / (1 << 24) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pair_of_dimensions_is_stratified() {
+        // A (0,2)-sequence: of the first 16 points, one lies in each cell of 16 × 1, 8 × 2, 4 × 4, 2 × 8 and 1 × 16.
+        for (x, y, pair) in [(0, 0, 0), (17, 4, 1), (799, 599, 7)] {
+            let points: Vec<_> = (0..16).map(|i| Sampler::new(x, y, i).pair(pair)).collect();
+            for columns in [1, 2, 4, 8, 16] {
+                let rows = 16 / columns;
+                let mut cells: Vec<_> = points
+                    .iter()
+                    .map(|[u, v]| (u * columns as f32) as usize * rows + (v * rows as f32) as usize)
+                    .collect();
+                cells.sort_unstable();
+                assert_eq!(cells, (0..16).collect::<Vec<_>>(), "{columns}");
+            }
+        }
+    }
+
+    #[test]
+    fn pixels_and_pairs_differ() {
+        let first = Sampler::new(3, 4, 0).pair(0);
+        assert_ne!(first, Sampler::new(4, 3, 0).pair(0));
+        assert_ne!(first, Sampler::new(3, 4, 0).pair(1));
+        assert!((0..1000).all(|i| Sampler::new(i, 1, i).pair(i).iter().all(|u| (0.0..1.0).contains(u))));
+    }
+}
