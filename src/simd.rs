@@ -9,7 +9,7 @@
 pub enum Simd {
     /// What the target promises: SSE2 on x86-64.
     Baseline,
-    /// AVX2.
+    /// AVX2, and the bit instructions that came with it: BMI1, BMI2, LZCNT, POPCNT.
     Avx2,
     /// AVX-512 F, VL, DQ and BW.
     Avx512,
@@ -24,7 +24,12 @@ impl Simd {
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx2") {
+            let avx2 = is_x86_feature_detected!("avx2")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2")
+                && is_x86_feature_detected!("lzcnt")
+                && is_x86_feature_detected!("popcnt");
+            if avx2 {
                 let avx512 = is_x86_feature_detected!("avx512f")
                     && is_x86_feature_detected!("avx512vl")
                     && is_x86_feature_detected!("avx512dq")

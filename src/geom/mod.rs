@@ -12,3 +12,4 @@ pub(crate) use polygon::{Polygon, cut, polygon_area};
 pub use ray::Ray;
 pub use triangle::{Hit, Triangle};
 pub use watertight::WatertightRay;
+pub(crate) use watertight::shear_axes;

@@ -7,7 +7,7 @@
 //! and t is correct to about one rounding to f32.
 
 use super::{Ray, Triangle};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// A ray prepared for the watertight test: the shear that turns it into the z axis.
 #[derive(Clone, Copy, Debug)]
@@ -19,19 +19,22 @@ pub struct WatertightRay {
     shear: DVec3,
 }
 
+/// The axes in the order that the watertight test looks at them in: that along which `direction` is greatest comes last.
+#[inline(always)]
+pub(crate) fn shear_axes(direction: Vec3) -> [usize; 3] {
+    let [x, y, z] = direction.abs().to_array();
+    // Without branches: nobody can guess them.
+    let larger = usize::from(y > x);
+    let last = if z > x.max(y) { 2 } else { larger };
+    [[1, 2, 0], [2, 0, 1], [0, 1, 2]][last]
+}
+
 impl WatertightRay {
     /// Prepares `ray`, which must be traceable ([`Ray::is_traceable`]); of others, every test is a miss.
     #[inline]
     pub fn new(ray: &Ray) -> Self {
-        let size = ray.direction.abs();
-        let z = if size.x >= size.y && size.x >= size.z {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
-        };
-        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let axes = shear_axes(ray.direction);
+        let z = axes[2];
         let d = ray.direction.as_dvec3();
         let o = ray.origin.as_dvec3();
         Self {
@@ -41,23 +44,27 @@ impl WatertightRay {
         }
     }
 
+    /// A vertex relative to the origin, sheared along the ray: two coordinates across it and one along.
+    #[inline(always)]
+    fn sheared(&self, vertex: &Vec3) -> (f64, f64, f64) {
+        let [x, y, z] = self.axes;
+        // Picked from memory in f32: picking from registers by a variable axis would go through the stack.
+        let p: &[f32; 3] = bytemuck::cast_ref(vertex);
+        let depth = f64::from(p[z]) - self.origin.z;
+        (
+            f64::from(p[x]) - self.origin.x - self.shear.x * depth,
+            f64::from(p[y]) - self.origin.y - self.shear.y * depth,
+            depth,
+        )
+    }
+
     /// Where the line of the ray meets `triangle`, two-sided, boundary included: t, unlimited by the ray's interval.
     ///
     /// `None` where it passes beside, lies in the plane, or the triangle has no area.
     #[inline]
     pub fn meets(&self, triangle: &Triangle) -> Option<f32> {
-        let [x, y, z] = self.axes;
-        // Picked from memory in f32: picking from registers by a variable axis would go through the stack.
-        let vertices: &[[f32; 3]; 3] = bytemuck::cast_ref(&triangle.v);
-        let sheared = vertices.map(|p| {
-            let depth = f64::from(p[z]) - self.origin.z;
-            (
-                f64::from(p[x]) - self.origin.x - self.shear.x * depth,
-                f64::from(p[y]) - self.origin.y - self.shear.y * depth,
-                depth,
-            )
-        });
-        let [a, b, c] = sheared;
+        let corners = self.corners(triangle);
+        let [a, b, c] = corners;
         // Each edge function is looked at before the next is computed: most triangles are passed by.
         let u = c.0 * b.1 - c.1 * b.0;
         let v = a.0 * c.1 - a.1 * c.0;
@@ -73,14 +80,33 @@ impl WatertightRay {
         if det == 0.0 || det.is_nan() || triangle.cross() == DVec3::ZERO {
             return None;
         }
-        Some(((u * a.2 + v * b.2 + w * c.2) / det * self.shear.z) as f32)
+        Some(self.t(corners, [u, v, w], det))
+    }
+
+    /// The t of [`Self::meets`] for a triangle that is known to be met.
+    #[inline(always)]
+    pub(crate) fn meets_surely(&self, triangle: &Triangle) -> f32 {
+        let corners = self.corners(triangle);
+        let [a, b, c] = corners;
+        let [u, v, w] = [c.0 * b.1 - c.1 * b.0, a.0 * c.1 - a.1 * c.0, b.0 * a.1 - b.1 * a.0];
+        self.t(corners, [u, v, w], u + v + w)
+    }
+
+    #[inline(always)]
+    fn corners(&self, triangle: &Triangle) -> [(f64, f64, f64); 3] {
+        let [a, b, c] = &triangle.v;
+        [self.sheared(a), self.sheared(b), self.sheared(c)]
+    }
+
+    #[inline(always)]
+    fn t(&self, [a, b, c]: [(f64, f64, f64); 3], [u, v, w]: [f64; 3], det: f64) -> f32 {
+        ((u * a.2 + v * b.2 + w * c.2) / det * self.shear.z) as f32
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     const T: Triangle = Triangle::new(Vec3::ZERO, Vec3::X, Vec3::Y);
 

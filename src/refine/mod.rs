@@ -14,7 +14,7 @@ mod testing;
 mod treelets;
 mod watch;
 
-pub use collapse::{Collapse, collapse, collapse_greedily, collapse_optimally};
+pub use collapse::{Collapse, collapse, collapse_by_leaf_cost, collapse_greedily, collapse_optimally};
 pub use equal_leaves::equal_leaves;
 pub use leaves::open_leaves;
 pub use refit::refit;

@@ -5,8 +5,11 @@
 /// One per thread; what it holds between two rays is of no meaning.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    /// Nodes still to be entered, for the exact kernels.
+    /// Nodes still to be entered, for kernel `scalar`.
     pub(super) open: Vec<OpenNode>,
+    /// The same for the wide kernels, side by side: where each is entered, and which it is.
+    pub(super) entries: Vec<f32>,
+    pub(super) names: Vec<u32>,
     /// Inner nodes being worked on, for `first-leaf`.
     pub(super) frames: Vec<Frame>,
     /// Hit children of those nodes, frame after frame.

@@ -1,8 +1,9 @@
 //! The conservative box test of the exact kernels: the interval of t in which a ray is inside a box.
 //!
 //! Three properties carry the kernels:
-//! 1. **Conservative.** The interval contains the true one: the exit is padded by 2⁻²¹ of itself, above the 1 + 2γ₃ that
-//!    Ize ("Robust BVH Ray Traversal", JCGT 2(2), 2013) derives for two distances of three roundings each.
+//! 1. **Conservative.** The interval contains the true one, as far as it lies at t ≥ 0: the exit is padded by 2⁻²¹ of itself,
+//!    above the 1 + 2γ₃ that Ize ("Robust BVH Ray Traversal", JCGT 2(2), 2013) derives for two distances of three roundings
+//!    each. In f32 the padding is in the inverse direction that exits are computed with, whose rounding is a seventh.
 //! 2. **Monotone.** Subtraction, multiplication by a constant, minimum and maximum are monotone in floating point, so a
 //!    box that contains another has the earlier entry and the later exit, rounding included.
 //! 3. **No NaN.** A direction component of 0 (either sign) gives ±∞ for a slab beside or around the origin, and 0·∞ = NaN
@@ -10,7 +11,7 @@
 //!    the box, and +0 and −0 give the same answer.
 
 use crate::geom::{Aabb, Ray};
-use glam::{DVec3, Vec3};
+use glam::{BVec3A, DVec3, Vec3, Vec3A};
 
 /// Relative padding: 8 roundings of f32.
 pub(super) const RELATIVE: f32 = 1.0 / (1 << 21) as f32;
@@ -45,27 +46,33 @@ fn sooner<T: PartialOrd>(a: T, b: T) -> T {
 /// In f32: for every ray whose inverse direction and differences stay in range.
 #[derive(Clone, Copy)]
 pub(super) struct Slabs {
-    pub(super) origin: Vec3,
-    pub(super) inverse: Vec3,
-    pub(super) negative: glam::BVec3,
+    pub(super) origin: Vec3A,
+    pub(super) inverse: Vec3A,
+    /// `inverse`, padded: what exits are computed with.
+    pub(super) padded: Vec3A,
+    pub(super) negative: BVec3A,
 }
+
+/// 2¹²⁵: sums of two such numbers and their inverses are normal numbers.
+const LIMIT: f32 = f32::from_bits((127 + 125) << 23);
 
 impl Slabs {
     /// Prepares `ray` for a tree whose root box is `root`; `None` where only [`WideSlabs`] is safe: f32 would overflow or
-    /// lose relative precision.
-    #[inline]
+    /// lose relative precision, or hits behind the origin count.
+    #[inline(always)]
     pub(super) fn new(ray: &Ray, root: &Aabb) -> Option<Self> {
-        /// 2¹²⁵: sums of two such numbers and their inverses are normal numbers.
-        const LIMIT: f32 = f32::from_bits((127 + 125) << 23);
-        let reach = ray.origin.abs().max(root.min.abs()).max(root.max.abs()).max(ray.direction.abs());
-        let size = ray.direction.abs();
-        let subnormal_inverse = size.cmpgt(Vec3::ZERO) & size.cmplt(Vec3::splat(1.0 / LIMIT));
-        let inverse = ray.direction.recip();
-        (reach.cmple(Vec3::splat(LIMIT)).all() && !subnormal_inverse.any()).then(|| Self {
-            origin: ray.origin,
+        let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
+        let bounds = Vec3A::from(root.min).abs().max(Vec3A::from(root.max).abs());
+        let size = direction.abs();
+        let reach = origin.abs().max(bounds).max(size);
+        let fits = size.cmpge(Vec3A::splat(1.0 / LIMIT)) | size.cmpeq(Vec3A::ZERO);
+        let inverse = direction.recip();
+        ((fits & reach.cmple(Vec3A::splat(LIMIT))).all() && ray.t_min >= 0.0).then(|| Self {
+            origin,
             inverse,
+            padded: inverse * (1.0 + RELATIVE),
             // −0 is negative here, as its inverse −∞ is.
-            negative: inverse.cmplt(Vec3::ZERO),
+            negative: inverse.cmplt(Vec3A::ZERO),
         })
     }
 }
@@ -84,11 +91,12 @@ impl Slabs {
 impl SlabTest for Slabs {
     #[inline(always)]
     fn interval(&self, aabb: &Aabb) -> (f32, f32) {
-        let near = (Vec3::select(self.negative, aabb.max, aabb.min) - self.origin) * self.inverse;
-        let far = (Vec3::select(self.negative, aabb.min, aabb.max) - self.origin) * self.inverse;
+        let (min, max) = (Vec3A::from(aabb.min), Vec3A::from(aabb.max));
+        let near = (Vec3A::select(self.negative, max, min) - self.origin) * self.inverse;
+        let far = (Vec3A::select(self.negative, min, max) - self.origin) * self.padded;
         let entry = later(near.z, later(near.y, later(near.x, f32::NEG_INFINITY)));
         let exit = sooner(far.z, sooner(far.y, sooner(far.x, f32::INFINITY)));
-        (entry, pad_up(exit))
+        (entry, exit + ABSOLUTE)
     }
 }
 

@@ -7,7 +7,7 @@ use super::kernels::{Kernel, Query, Width};
 use super::probe::TraceProbe;
 use super::scratch::Scratch;
 use super::slab::Slabs;
-use super::wide::{Leaves, WideBvh, all_by_eight, all_by_four, wide_hit};
+use super::wide::{Fast, Leaves, Watertight, WideBvh, all_by_eight, all_by_four, wide_hit};
 use crate::bvh::Bvh;
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
 use crate::simd::Simd;
@@ -28,16 +28,6 @@ enum Wide {
     None,
     Four(WideBvh<4>),
     Eight(WideBvh<8>),
-}
-
-struct Watertight;
-impl Leaves for Watertight {
-    const WATERTIGHT: bool = true;
-}
-
-struct Fast;
-impl Leaves for Fast {
-    const WATERTIGHT: bool = false;
 }
 
 impl<'a> Tracer<'a> {

@@ -5,7 +5,7 @@ mod optimal;
 mod thesis;
 
 pub use greedy::collapse_greedily;
-pub use optimal::collapse_optimally;
+pub use optimal::{collapse_by_leaf_cost, collapse_optimally};
 pub use thesis::collapse;
 
 use crate::bvh::Bvh;

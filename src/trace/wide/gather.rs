@@ -5,12 +5,13 @@
 
 use super::filter::FilterRay;
 use super::layout::{BLOCK, LEAF, WideBvh};
+use super::leaf::Leaves;
 use super::pack::Pack;
 #[cfg(not(target_arch = "x86_64"))]
 use super::pack::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::pack::{Avx, Sse, TwoSse};
-use super::search::{Boxes, Leaves};
+use super::search::Boxes;
 use crate::geom::{Hit, Ray, WatertightRay};
 use crate::simd::Simd;
 use crate::trace::closest::accepted;
@@ -29,7 +30,7 @@ fn gather<const W: usize, P: Pack<W>, Q: Pack<BLOCK>, L: Leaves, Pr: TraceProbe>
     hits: &mut Vec<Hit>,
 ) {
     let boxes = Boxes::<P>::new(slabs, ray);
-    let filter = FilterRay::new(ray, &wide.bounds);
+    let filter = FilterRay::new(ray, slabs, &wide.bounds);
     let exact = WatertightRay::new(ray);
     let limit = P::splat(pad_up(ray.t_max));
     let open = &mut scratch.open;
@@ -39,8 +40,9 @@ fn gather<const W: usize, P: Pack<W>, Q: Pack<BLOCK>, L: Leaves, Pr: TraceProbe>
         probe.node();
         if at & LEAF == 0 {
             let node = &wide.nodes[at as usize];
-            (0..node.count).for_each(|_| probe.box_test());
-            let (mut met, _) = boxes.met(node, limit);
+            (0..node.count()).for_each(|_| probe.box_test());
+            let (entry, exit) = boxes.interval(node, limit);
+            let mut met = entry.at_most(exit);
             while met != 0 {
                 open.push(OpenNode { entry: f32::NEG_INFINITY, node: node.child[met.trailing_zeros() as usize] });
                 met &= met - 1;
@@ -51,7 +53,8 @@ fn gather<const W: usize, P: Pack<W>, Q: Pack<BLOCK>, L: Leaves, Pr: TraceProbe>
         loop {
             let block = &wide.blocks[index];
             (0..block.count).for_each(|_| probe.triangle_test());
-            let mut candidates = if L::WATERTIGHT { filter.candidates::<Q>(block) } else { (1 << block.count) - 1 };
+            let mut candidates =
+                if L::WATERTIGHT { filter.sides::<Q>(block).candidates(block) } else { (1 << block.count) - 1 };
             while candidates != 0 {
                 let lane = candidates.trailing_zeros() as usize;
                 candidates &= candidates - 1;

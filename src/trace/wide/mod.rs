@@ -1,16 +1,22 @@
-//! Kernels `bvh4` and `bvh8`: four or eight boxes at a time, four triangles at a time, nearest child first.
+//! Kernels `bvh4` and `bvh8`: four or eight boxes at a time, four triangles at a time, near children first.
 //!
 //! The answer is that of kernel `scalar`, bit for bit, and for the same reason (see `closest.rs`): boxes are tested by the
 //! same arithmetic, lane by lane, so the test stays conservative and monotone; a triangle counts by the same f64 test and
 //! within its own box. Only candidates come to that test: those that the f32 filter, which never leaves out a hit, lets pass
-//! (`filter.rs`). Kernels `bvh4-fast` and `bvh8-fast` end at f32: Möller–Trumbore, four at a time, as most renderers do.
+//! (`filter.rs`); and where f32 is sure of a hit it waits for the end of the search (`leaf.rs`). Kernels `bvh4-fast` and
+//! `bvh8-fast` end at f32: Möller–Trumbore, four at a time, as most renderers do.
 //!
-//! Rays for which f32 distances would over- or underflow go to `scalar`'s f64 boxes, through the tree that the layout was
-//! made from.
+//! A binary tree is collapsed for what these kernels do: a leaf costs by its blocks of four triangles, not by its triangles
+//! (`layout.rs`). Children are entered in an order that is kept with the node (`order.rs`).
+//!
+//! Rays for which f32 distances would over- or underflow, and those that count hits behind their origin, go to `scalar`'s f64
+//! boxes, through the tree that the layout was made from.
 
 mod filter;
 mod gather;
 mod layout;
+mod leaf;
+mod order;
 mod pack;
 mod search;
 
@@ -20,4 +26,5 @@ mod tests;
 pub use layout::WideBvh;
 
 pub(super) use gather::{all_by_eight, all_by_four};
-pub(super) use search::{Leaves, wide_hit};
+pub(super) use leaf::{Fast, Leaves, Watertight};
+pub(super) use search::wide_hit;

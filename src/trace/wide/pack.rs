@@ -8,13 +8,14 @@
 /// # Safety
 /// A type may be used only where the processor has its instructions; all but [`Portable`] and the SSE2 of x86-64 ask for
 /// run-time detection.
-pub(super) unsafe trait Pack<const W: usize>: Copy {
+pub(in crate::trace) unsafe trait Pack<const W: usize>: Copy {
     fn splat(x: f32) -> Self;
     fn load(from: &[f32; W]) -> Self;
     fn store(self, to: &mut [f32; W]);
     fn plus(self, other: Self) -> Self;
     fn minus(self, other: Self) -> Self;
     fn times(self, other: Self) -> Self;
+    fn over(self, other: Self) -> Self;
     /// `self < other ? self : other`, each.
     fn lesser(self, other: Self) -> Self;
     /// `self > other ? self : other`, each.
@@ -73,6 +74,10 @@ unsafe impl<const W: usize> Pack<W> for Portable<W> {
         self.each(other, |a, b| a * b)
     }
     #[inline(always)]
+    fn over(self, other: Self) -> Self {
+        self.each(other, |a, b| a / b)
+    }
+    #[inline(always)]
     fn lesser(self, other: Self) -> Self {
         self.each(other, |a, b| if a < b { a } else { b })
     }
@@ -104,7 +109,7 @@ mod x86 {
 
     /// Four by SSE2, which every x86-64 has.
     #[derive(Clone, Copy, Debug)]
-    pub(in super::super) struct Sse(__m128);
+    pub(in super::super) struct Sse(pub __m128);
 
     /// Eight by SSE2.
     #[derive(Clone, Copy, Debug)]
@@ -112,7 +117,7 @@ mod x86 {
 
     /// Eight by AVX.
     #[derive(Clone, Copy, Debug)]
-    pub(in super::super) struct Avx(__m256);
+    pub(in super::super) struct Avx(pub __m256);
 
     // SAFETY: SSE2 is part of x86-64.
     unsafe impl Pack<4> for Sse {
@@ -145,6 +150,11 @@ mod x86 {
         fn times(self, other: Self) -> Self {
             // SAFETY: as above.
             Self(unsafe { _mm_mul_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn over(self, other: Self) -> Self {
+            // SAFETY: as above.
+            Self(unsafe { _mm_div_ps(self.0, other.0) })
         }
         #[inline(always)]
         fn lesser(self, other: Self) -> Self {
@@ -204,6 +214,10 @@ mod x86 {
             Self(self.0.times(other.0), self.1.times(other.1))
         }
         #[inline(always)]
+        fn over(self, other: Self) -> Self {
+            Self(self.0.over(other.0), self.1.over(other.1))
+        }
+        #[inline(always)]
         fn lesser(self, other: Self) -> Self {
             Self(self.0.lesser(other.0), self.1.lesser(other.1))
         }
@@ -258,6 +272,11 @@ mod x86 {
             Self(unsafe { _mm256_mul_ps(self.0, other.0) })
         }
         #[inline(always)]
+        fn over(self, other: Self) -> Self {
+            // SAFETY: as above.
+            Self(unsafe { _mm256_div_ps(self.0, other.0) })
+        }
+        #[inline(always)]
         fn lesser(self, other: Self) -> Self {
             // SAFETY: as above.
             Self(unsafe { _mm256_min_ps(self.0, other.0) })
@@ -304,8 +323,16 @@ mod tests {
                 // Which NaN it is does not matter.
                 results.push(out.map(|x| if x.is_nan() { 1 } else { x.to_bits() }));
             };
-            for p in [a.plus(b), a.minus(b), a.times(b), a.lesser(b), a.greater(b), a.magnitude(), P::splat(ODD[turn])]
-            {
+            for p in [
+                a.plus(b),
+                a.minus(b),
+                a.times(b),
+                a.over(b),
+                a.lesser(b),
+                a.greater(b),
+                a.magnitude(),
+                P::splat(ODD[turn]),
+            ] {
                 put(p);
             }
             results.push([a.at_most(b); W]);
@@ -324,6 +351,6 @@ mod tests {
                 assert_eq!(all::<8, Portable<8>>(), all::<8, Avx>());
             }
         }
-        assert_eq!(all::<8, Portable<8>>().len(), 72);
+        assert_eq!(all::<8, Portable<8>>().len(), 80);
     }
 }
