@@ -39,8 +39,10 @@ mod judge;
 mod rays;
 mod rules;
 mod scenes;
+mod shared_scenes;
 #[path = "../support/variants.rs"]
 mod variants;
+mod watertight;
 
 use bvh_lab::build::{BUILDERS, BuildOptions, Builder, Engine, Parameter};
 use bvh_lab::refine::STEPS;
