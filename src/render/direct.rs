@@ -4,6 +4,7 @@ use super::RayKind::Shadow;
 use super::integrator::{Row, Work, cast, is_blocked, is_hole};
 use super::lights::LightPoint;
 use super::optics::fresnel;
+use super::sampler::Sampler;
 use super::split::surface_filter;
 use super::stage::Stage;
 use super::studio::{has_highlight, highlight};
@@ -27,7 +28,7 @@ pub(super) fn reflected<
     ray: &Ray,
     hit: &Hit,
     surface: &Surface,
-    u: [f32; 2],
+    (sampler, pair): (&Sampler, u32),
     work: &mut Work,
 ) -> Vec3 {
     let stage = row.stage;
@@ -43,7 +44,8 @@ pub(super) fn reflected<
     if SHADOW {
         let start = leave_surface(ray, hit, &stage.scene.triangles[hit.triangle as usize]);
         if let Some(lights) = &stage.lights {
-            let light = lights.sample(&stage.scene.triangles, &stage.scene.material_ids, &stage.materials, u);
+            let light =
+                lights.sample(&stage.scene.triangles, &stage.scene.material_ids, &stage.materials, sampler.pair(pair));
             let glossy = has_highlight(material) && !stage.called_for[id].has(Effect::Mirror);
             let glossy = if glossy { Some(material) } else { None };
             // Towards the viewer a little brighter, so that corners show where no light reaches directly.
@@ -58,7 +60,7 @@ pub(super) fn reflected<
 }
 
 /// The light of one point of a light: no shadow ray where it lies behind the surface.
-#[inline(never)]
+#[inline(always)]
 fn lit<const CLEAR: bool, const BENDS: bool, const CUT: bool>(
     stage: &Stage,
     start: Vec3,

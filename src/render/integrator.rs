@@ -77,9 +77,10 @@ fn render_row<
     work: &mut Work,
 ) {
     for (x, pixel) in (0..).zip(pixels) {
+        let pixel_sampler = Sampler::of_pixel(x, row.y);
         let mut sum = Vec3::ZERO;
         for index in 0..row.samples {
-            let sampler = Sampler::new(x, row.y, index);
+            let sampler = pixel_sampler.at(index);
             let ray = (row.primary)(x, row.y, &sampler);
             sum += radiance::<MIRROR, CLEAR, BENDS, SHADOW, EMISSION, CUT, TEXTURE>(row, ray, &sampler, work);
         }
@@ -107,8 +108,8 @@ fn radiance<
     // Pair 0 of the sampler chose the place in the pixel.
     let mut pair = 1;
     loop {
-        let u = if SHADOW { sampler.pair(pair) } else { [0.0; 2] };
-        sum += segment.weight * along::<MIRROR, CLEAR, BENDS, SHADOW, EMISSION, CUT, TEXTURE>(row, &segment, u, work);
+        sum += segment.weight
+            * along::<MIRROR, CLEAR, BENDS, SHADOW, EMISSION, CUT, TEXTURE>(row, &segment, (sampler, pair), work);
         if const { !(MIRROR || CLEAR || BENDS) } {
             return sum;
         }
@@ -132,7 +133,7 @@ fn along<
 >(
     row: &Row,
     segment: &Segment,
-    u: [f32; 2],
+    choice: (&Sampler, u32),
     work: &mut Work,
 ) -> Vec3 {
     let stage = row.stage;
@@ -148,7 +149,7 @@ fn along<
         let here = Here { stage, ray: &ray, hit: &hit, surface: &surface, material, id };
         opaque = split::<MIRROR, CLEAR, BENDS>(&here, segment, work);
     }
-    let mut light = opaque * reflected::<CLEAR, BENDS, SHADOW, CUT, TEXTURE>(row, &ray, &hit, &surface, u, work);
+    let mut light = opaque * reflected::<CLEAR, BENDS, SHADOW, CUT, TEXTURE>(row, &ray, &hit, &surface, choice, work);
     if EMISSION {
         light += material.emission;
     }
@@ -177,14 +178,13 @@ pub(super) fn is_hole(stage: &Stage, ray: &Ray, hit: &Hit) -> bool {
     picture.opacity(texture_coordinates(corners, &stage.scene.triangles[id], ray, hit)) < 0.5
 }
 
-// Not inlined: the kernels are compiled once, not once for each set of effects.
-#[inline(never)]
+#[inline(always)]
 pub(super) fn cast(stage: &Stage, ray: &Ray, kind: RayKind, work: &mut Work) -> Option<Hit> {
     work.rays.add(kind);
     stage.tracer.trace(Query::Closest, ray, &mut work.scratch, &mut ())
 }
 
-#[inline(never)]
+#[inline(always)]
 pub(super) fn is_blocked(stage: &Stage, ray: &Ray, work: &mut Work) -> bool {
     work.rays.add(Shadow);
     stage.tracer.trace(Query::Any, ray, &mut work.scratch, &mut ()).is_some()

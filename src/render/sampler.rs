@@ -12,10 +12,16 @@ pub(super) struct Sampler {
 }
 
 impl Sampler {
-    /// The `index`-th sample of pixel (`x`, `y`).
+    /// The first sample of pixel (`x`, `y`).
     #[inline]
-    pub(super) fn new(x: u32, y: u32, index: u32) -> Self {
-        Self { pixel: hash(x ^ hash(y)), index }
+    pub(super) fn of_pixel(x: u32, y: u32) -> Self {
+        Self { pixel: hash(x ^ hash(y)), index: 0 }
+    }
+
+    /// The `index`-th sample of the same pixel.
+    #[inline]
+    pub(super) fn at(self, index: u32) -> Self {
+        Self { index, ..self }
     }
 
     /// Two numbers of [0, 1) for the `pair`-th choice along the ray's way.
@@ -27,17 +33,15 @@ impl Sampler {
     }
 }
 
-/// The second dimension of Sobol's sequence as a fraction of 2³² (Kollig and Keller 2002).
-fn second_dimension(mut index: u32) -> u32 {
-    let (mut result, mut direction) = (0, 1 << 31);
-    while index != 0 {
-        if index & 1 == 1 {
-            result ^= direction;
-        }
-        index >>= 1;
-        direction ^= direction >> 1;
+/// The second dimension of Sobol's sequence as a fraction of 2³². Its matrix is Pascal's triangle modulo 2: bit i of the
+/// reversed result is the sum of those bits j of the index whose number has all the ones of i, which the steps of a butterfly
+/// add up.
+fn second_dimension(index: u32) -> u32 {
+    let mut sum = index;
+    for (shift, mask) in [(1, 0x5555_5555), (2, 0x3333_3333), (4, 0x0f0f_0f0f), (8, 0x00ff_00ff), (16, 0x0000_ffff)] {
+        sum ^= (sum >> shift) & mask;
     }
-    result
+    sum.reverse_bits()
 }
 
 /// Owen scrambling by the Laine–Karras hash, in which a bit depends on higher ones alone.
@@ -69,7 +73,7 @@ mod tests {
     fn every_pair_of_dimensions_is_stratified() {
         // A (0,2)-sequence: of the first 16 points, one lies in each cell of 16 × 1, 8 × 2, 4 × 4, 2 × 8 and 1 × 16.
         for (x, y, pair) in [(0, 0, 0), (17, 4, 1), (799, 599, 7)] {
-            let points: Vec<_> = (0..16).map(|i| Sampler::new(x, y, i).pair(pair)).collect();
+            let points: Vec<_> = (0..16).map(|i| Sampler::of_pixel(x, y).at(i).pair(pair)).collect();
             for columns in [1, 2, 4, 8, 16] {
                 let rows = 16 / columns;
                 let mut cells: Vec<_> = points
@@ -83,10 +87,26 @@ mod tests {
     }
 
     #[test]
+    fn the_second_dimension_is_that_of_its_direction_numbers() {
+        // Kollig and Keller 2002: each is the one before, added to itself shifted by one.
+        let by_directions = |index: u32| {
+            let (mut sum, mut direction) = (0, 1_u32 << 31);
+            for bit in 0..32 {
+                sum ^= if index >> bit & 1 == 1 { direction } else { 0 };
+                direction ^= direction >> 1;
+            }
+            sum
+        };
+        for index in (0..3000).chain((0..32).map(|bit| u32::MAX >> bit)) {
+            assert_eq!(second_dimension(index), by_directions(index), "{index}");
+        }
+    }
+
+    #[test]
     fn pixels_and_pairs_differ() {
-        let first = Sampler::new(3, 4, 0).pair(0);
-        assert_ne!(first, Sampler::new(4, 3, 0).pair(0));
-        assert_ne!(first, Sampler::new(3, 4, 0).pair(1));
-        assert!((0..1000).all(|i| Sampler::new(i, 1, i).pair(i).iter().all(|u| (0.0..1.0).contains(u))));
+        let first = Sampler::of_pixel(3, 4).pair(0);
+        assert_ne!(first, Sampler::of_pixel(4, 3).pair(0));
+        assert_ne!(first, Sampler::of_pixel(3, 4).pair(1));
+        assert!((0..1000).all(|i| Sampler::of_pixel(i, 1).at(i).pair(i).iter().all(|u| (0.0..1.0).contains(u))));
     }
 }

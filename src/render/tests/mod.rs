@@ -1,6 +1,7 @@
 //! Exact counts of rays by kind, and pictures that do not depend on what is not called for.
 
 mod cost;
+mod pictures;
 
 use super::{Demand, Frame, Picture, RayCounts, RayKind, Stage, StageOptions};
 use crate::geom::Triangle;
