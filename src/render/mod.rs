@@ -6,7 +6,8 @@
 //!
 //! let scene = Scene::load("thesis:tiny")?;
 //! let builder = build::find("binned-sah").expect("it is registered");
-//! let input = build::Input::of_boxes(&scene.boxes());
+//! let boxes = scene.boxes();
+//! let input = build::Input::of_boxes(&boxes);
 //! let bvh = (builder.timed)(input, &build::BuildOptions::default(), &mut build::Brake::default())?;
 //! let stage = Stage::new(&scene, &bvh, &StageOptions::default())?;
 //! let picture = stage.render(&scene.camera.upright(), &Frame { width: 32, height: 24, rays_per_pixel: 4 });
