@@ -53,38 +53,44 @@ pub(super) struct Slabs {
     pub(super) negative: BVec3A,
 }
 
-/// 2¹²⁵: sums of two such numbers and their inverses are normal numbers.
-const LIMIT: f32 = f32::from_bits((127 + 125) << 23);
+/// The greatest |coordinate| of a box.
+pub(super) fn reach(aabb: &Aabb) -> f32 {
+    aabb.min.abs().max(aabb.max.abs()).max_element()
+}
 
 impl Slabs {
-    /// Prepares `ray` for a tree whose root box is `root`; `None` where only [`WideSlabs`] is safe: f32 would overflow or
-    /// lose relative precision, or hits behind the origin count.
+    /// Up to which coordinates of the scene and of a ray f32 serves: 2¹²⁵, so that sums of two and their inverses are normal
+    /// numbers.
+    pub(super) const LIMIT: f32 = f32::from_bits((127 + 125) << 23);
+
+    /// Up to which coordinates products of three overflow nowhere: 2⁴⁰.
+    pub(super) const PRODUCT_LIMIT: f32 = (1u64 << 40) as f32;
+
+    /// Prepares a traceable `ray` for a tree whose root box is `root`; `None` where only [`WideSlabs`] is safe.
     #[inline(always)]
     pub(super) fn new(ray: &Ray, root: &Aabb) -> Option<Self> {
+        Self::within(ray, reach(root), Self::LIMIT)
+    }
+
+    /// Prepares `ray` for a tree with no coordinate beyond `reach`. `None` where f32 would overflow or lose relative precision,
+    /// with `limit` at most [`Self::LIMIT`]; where hits behind the origin count; and where the ray is not traceable.
+    #[inline(always)]
+    pub(super) fn within(ray: &Ray, reach: f32, limit: f32) -> Option<Self> {
         let (origin, direction) = (Vec3A::from(ray.origin), Vec3A::from(ray.direction));
-        let bounds = Vec3A::from(root.min).abs().max(Vec3A::from(root.max).abs());
         let size = direction.abs();
-        let reach = origin.abs().max(bounds).max(size);
-        let fits = size.cmpge(Vec3A::splat(1.0 / LIMIT)) | size.cmpeq(Vec3A::ZERO);
+        let zero = size.cmpeq(Vec3A::ZERO);
+        // All false for NaN.
+        let large = size.cmpge(Vec3A::splat(1.0 / Self::LIMIT)) & size.cmple(Vec3A::splat(limit));
+        let fits = (large | zero) & origin.abs().cmple(Vec3A::splat(limit));
+        let sound = fits.all() && !zero.all() && reach <= limit && ray.t_min >= 0.0 && ray.t_min <= ray.t_max;
         let inverse = direction.recip();
-        ((fits & reach.cmple(Vec3A::splat(LIMIT))).all() && ray.t_min >= 0.0).then(|| Self {
+        sound.then(|| Self {
             origin,
             inverse,
             padded: inverse * (1.0 + RELATIVE),
             // −0 is negative here, as its inverse −∞ is.
             negative: inverse.cmplt(Vec3A::ZERO),
         })
-    }
-}
-
-impl Slabs {
-    /// Whether products of three lengths of the scene or of `ray` overflow nowhere in f32.
-    #[inline]
-    pub(super) fn can_multiply(ray: &Ray, root: &Aabb) -> bool {
-        /// 2⁴⁰.
-        const LIMIT: f32 = (1u64 << 40) as f32;
-        let reach = ray.origin.abs().max(root.min.abs()).max(root.max.abs()).max(ray.direction.abs());
-        reach.cmple(Vec3::splat(LIMIT)).all()
     }
 }
 

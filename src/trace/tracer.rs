@@ -1,13 +1,13 @@
 //! A kernel made ready for one tree: what it walks is laid out once, then any number of rays follow.
 
-use super::closest::{Any, Closest, FastTest, any_hit, closest_hit};
+use super::closest::{Any, Closest, FastTest, Goal, any_hit, closest_hit};
 use super::first_leaf::first_leaf;
 use super::gather::{all_hits, in_order};
 use super::kernels::{Kernel, Query, Width};
 use super::probe::TraceProbe;
 use super::scratch::Scratch;
 use super::slab::Slabs;
-use super::wide::{Fast, Leaves, Watertight, WideBvh, all_by_eight, all_by_four, wide_hit};
+use super::wide::{Fast, Leaves, OutOfRange, Watertight, WideBvh, all_by_eight, all_by_four, wide_hit};
 use crate::bvh::Bvh;
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
 use crate::simd::Simd;
@@ -84,36 +84,36 @@ impl<'a> Tracer<'a> {
     /// depends on the tree, whether there is one does not.
     #[inline]
     pub fn trace<P: TraceProbe>(&self, query: Query, ray: &Ray, scratch: &mut Scratch, probe: &mut P) -> Option<Hit> {
+        let fast = matches!(self.kernel, Kernel::Wide { fast: true, .. });
+        match (&self.wide, fast, query) {
+            (Wide::None, ..) => self.walk(query, ray, scratch, probe),
+            (_, false, Query::Closest) => self.search::<Closest, Watertight, P>(query, ray, scratch, probe),
+            (_, true, Query::Closest) => self.search::<Closest, Fast, P>(query, ray, scratch, probe),
+            (_, false, Query::Any) => self.search::<Any, Watertight, P>(query, ray, scratch, probe),
+            (_, true, Query::Any) => self.search::<Any, Fast, P>(query, ray, scratch, probe),
+        }
+    }
+
+    /// The kernels that walk the tree as it is; for rays that the wide ones cannot trace, their like.
+    #[inline(never)]
+    fn walk<P: TraceProbe>(&self, query: Query, ray: &Ray, scratch: &mut Scratch, probe: &mut P) -> Option<Hit> {
         let (bvh, triangles) = (self.bvh, self.triangles);
         match (self.kernel, query) {
-            (Kernel::Scalar, Query::Closest) => closest_hit::<WatertightRay, P>(bvh, triangles, ray, scratch, probe),
-            (Kernel::ScalarFast, Query::Closest) => closest_hit::<FastTest, P>(bvh, triangles, ray, scratch, probe),
             (Kernel::FirstLeaf(options), Query::Closest) => first_leaf(bvh, triangles, ray, options, scratch, probe),
-            (Kernel::Scalar, Query::Any) => {
-                any_hit::<WatertightRay, P>(bvh, triangles, ray, scratch, probe).then_some(Kernel::SOME_HIT)
-            }
-            (Kernel::ScalarFast, Query::Any) => {
-                any_hit::<FastTest, P>(bvh, triangles, ray, scratch, probe).then_some(Kernel::SOME_HIT)
-            }
             (Kernel::FirstLeaf(options), Query::Any) => {
                 first_leaf(bvh, triangles, ray, options, scratch, probe).map(|_| Kernel::SOME_HIT)
             }
-            (Kernel::Wide { fast, .. }, query) => {
-                if !ray.is_traceable() {
-                    return None;
-                }
-                let Some(slabs) = Slabs::new(ray, &bvh.root().aabb) else {
-                    // Too large or too small for f32 distances: as kernel `scalar` does it, in f64.
-                    let kernel = if fast { Kernel::ScalarFast } else { Kernel::Scalar };
-                    return Self { kernel, wide: Wide::None, ..*self }.trace(query, ray, scratch, probe);
-                };
-                // What overflows in f32 has no sign to pass a triangle by.
-                match (fast && Slabs::can_multiply(ray, &bvh.root().aabb), query) {
-                    (false, Query::Closest) => self.search::<Closest, Watertight, P>(ray, &slabs, scratch, probe),
-                    (true, Query::Closest) => self.search::<Closest, Fast, P>(ray, &slabs, scratch, probe),
-                    (false, Query::Any) => self.search::<Any, Watertight, P>(ray, &slabs, scratch, probe),
-                    (true, Query::Any) => self.search::<Any, Fast, P>(ray, &slabs, scratch, probe),
-                }
+            (Kernel::Scalar | Kernel::Wide { fast: false, .. }, Query::Closest) => {
+                closest_hit::<WatertightRay, P>(bvh, triangles, ray, scratch, probe)
+            }
+            (Kernel::ScalarFast | Kernel::Wide { fast: true, .. }, Query::Closest) => {
+                closest_hit::<FastTest, P>(bvh, triangles, ray, scratch, probe)
+            }
+            (Kernel::Scalar | Kernel::Wide { fast: false, .. }, Query::Any) => {
+                any_hit::<WatertightRay, P>(bvh, triangles, ray, scratch, probe).then_some(Kernel::SOME_HIT)
+            }
+            (Kernel::ScalarFast | Kernel::Wide { fast: true, .. }, Query::Any) => {
+                any_hit::<FastTest, P>(bvh, triangles, ray, scratch, probe).then_some(Kernel::SOME_HIT)
             }
         }
     }
@@ -149,18 +149,47 @@ impl<'a> Tracer<'a> {
     }
 
     #[inline(always)]
-    fn search<G: super::closest::Goal, L: Leaves, P: TraceProbe>(
+    fn search<G: Goal, L: Leaves, P: TraceProbe>(
         &self,
+        query: Query,
         ray: &Ray,
-        slabs: &Slabs,
         scratch: &mut Scratch,
         probe: &mut P,
     ) -> Option<Hit> {
-        let hit = match &self.wide {
-            Wide::Four(wide) => wide_hit::<4, G, L, P>(self.level, wide, ray, slabs, scratch, probe),
-            Wide::Eight(wide) => wide_hit::<8, G, L, P>(self.level, wide, ray, slabs, scratch, probe),
-            Wide::None => None,
+        let found = match &self.wide {
+            Wide::Four(wide) => wide_hit::<4, G, L, P>(self.level, wide, ray, scratch, probe),
+            Wide::Eight(wide) => wide_hit::<8, G, L, P>(self.level, wide, ray, scratch, probe),
+            Wide::None => Err(OutOfRange),
         };
-        if G::FIRST_IS_ENOUGH { hit.map(|_| Kernel::SOME_HIT) } else { hit }
+        match found {
+            Ok(hit) if G::FIRST_IS_ENOUGH => hit.map(|_| Kernel::SOME_HIT),
+            Ok(hit) => hit,
+            Err(OutOfRange) => self.search_out_of_range(query, ray, scratch, probe),
+        }
+    }
+
+    /// Rays that the wide kernel has no f32 for, and those that hit nothing because they are no rays.
+    #[cold]
+    #[inline(never)]
+    fn search_out_of_range<P: TraceProbe>(
+        &self,
+        query: Query,
+        ray: &Ray,
+        scratch: &mut Scratch,
+        probe: &mut P,
+    ) -> Option<Hit> {
+        if !ray.is_traceable() {
+            return None;
+        }
+        let fast = matches!(self.kernel, Kernel::Wide { fast: true, .. });
+        // The watertight test goes on where the products of the fast one overflow.
+        if fast && Slabs::new(ray, &self.bvh.root().aabb).is_some() {
+            return match query {
+                Query::Closest => self.search::<Closest, Watertight, P>(query, ray, scratch, probe),
+                Query::Any => self.search::<Any, Watertight, P>(query, ray, scratch, probe),
+            };
+        }
+        // Too large or too small for f32 distances: as kernel `scalar` does it, in f64.
+        self.walk(query, ray, scratch, probe)
     }
 }

@@ -5,13 +5,14 @@
 //! f32, with a bound δ on how far each edge function can be from that of the f64 test, and a triangle is left out only where one
 //! is below −δ and another above δ: then the f64 test's signs are these too, and it misses.
 //!
-//! The bound. ε = 2⁻²⁴; R is no less than any |coordinate − origin| in the scene. With |shear| ≤ 1, a sheared coordinate
-//! x = d_x − s·d_z is off by at most ε·R for rounding d_x, 2ε·R for d_z and s in their product, ε·R for the product and 2ε·R for the
-//! difference: 6ε·R, to first order, plus 2⁻¹⁴⁹ where products underflow. E = 8ε·R + 2⁻¹⁴⁰ covers it and the f64 test's own rounding, 2²⁹
-//! times smaller. An edge function x₁y₂ − y₁x₂ of coordinates of at most L is then off by at most 4·L·E + 2·E² for its
-//! coordinates and 4ε·L² for its own roundings. δ = 4.5·L·E + 5ε·L² + 3·E² + 2⁻¹⁴⁰, the excess being for the roundings of δ. L is that of the
-//! triangle: small for a triangle near the ray, wherever along it. (The forward bounds of Pharr, Jakob and Humphreys,
-//! *Physically Based Rendering*, section 6.8, applied to Woop, Benthin and Wald 2013.)
+//! The bound. ε = 2⁻²⁴; L is the greatest sheared coordinate of the triangle's vertices, Z their greatest depth, both by magnitude.
+//! With |shear| ≤ 1, no vertex is farther from the origin than R = L + Z along any axis. A sheared coordinate x = d_x − s·d_z is off by
+//! at most ε·R for rounding d_x, 2ε·R for d_z and s in their product, ε·R for the product and 2ε·R for the difference: 6ε·R, to
+//! first order, plus 2⁻¹⁴⁹ where products underflow. E = 8ε·R + 2⁻¹⁴⁰ covers it and the f64 test's own rounding, 2²⁹ times smaller. An
+//! edge function x₁y₂ − y₁x₂ of coordinates of at most L is then off by at most 4·L·E + 2·E² for its coordinates and 4ε·L² for its own
+//! roundings. δ = 4.5·L·E + 5ε·L² + 3·E² + 2⁻¹⁴⁰, the excess being for the roundings of δ. It is small for a triangle near the ray and
+//! for one near its origin, however large the scene. (The forward bounds of Pharr, Jakob and Humphreys, *Physically Based
+//! Rendering*, section 6.8, applied to Woop, Benthin and Wald 2013.)
 //!
 //! **Sure hits.** Where all three edge functions are above δ, or all below −δ, the f64 test's have these signs too: it hits, and its
 //! determinant D is their sum. Its t is a mean of the vertices' depths z, weighted by the edge functions over D. With q = δ/|D| as
@@ -21,7 +22,7 @@
 
 use super::layout::{BLOCK, Block};
 use super::pack::Pack;
-use crate::geom::{Aabb, Ray, shear_axes};
+use crate::geom::{Ray, shear_axes};
 use crate::trace::slab::Slabs;
 use glam::Vec3A;
 
@@ -33,9 +34,7 @@ pub(super) struct FilterRay {
     shear: [f32; 2],
     /// 1 / direction along the third axis.
     scale: f32,
-    /// 4.5·E.
-    linear: f32,
-    /// 3·E² + 2⁻¹⁴⁰.
+    /// 2⁻¹⁴⁰; infinite where products could overflow.
     constant: f32,
 }
 
@@ -46,15 +45,11 @@ const EPSILON: f32 = 1.0 / (1 << 24) as f32;
 const ABSOLUTE: f32 = f32::from_bits(1 << 9);
 
 impl FilterRay {
-    /// Prepares a ray for triangles within `bounds`. Where products could overflow, nothing is left out.
+    /// Prepares a ray for triangles with no coordinate beyond `reach`. Where products could overflow, nothing is left out.
     #[inline(always)]
-    pub fn new(ray: &Ray, slabs: &Slabs, bounds: &Aabb) -> Self {
-        /// 2⁶⁰.
-        const FAR: f32 = (1u64 << 60) as f32;
-        let (min, max) = (Vec3A::from(bounds.min), Vec3A::from(bounds.max));
-        let reach = (min - slabs.origin).abs().max((max - slabs.origin).abs()).max_element();
-        // 8ε, a little more for the rounding of the reach itself.
-        let error = if reach <= FAR { reach * (8.5 * EPSILON) + ABSOLUTE } else { f32::INFINITY };
+    pub fn new(ray: &Ray, slabs: &Slabs, reach: f32) -> Self {
+        /// 2⁵⁸.
+        const FAR: f32 = (1u64 << 58) as f32;
         let axes = shear_axes(ray.direction);
         let [x, y, z] = axes;
         let (direction, origin, inverse) = (ray.direction.to_array(), ray.origin.to_array(), slabs.inverse.to_array());
@@ -64,8 +59,7 @@ impl FilterRay {
             origin: [origin[x], origin[y], origin[z]],
             shear: [shear[x], shear[y]],
             scale: inverse[z],
-            linear: 4.5 * error,
-            constant: 3.0 * error * error + ABSOLUTE,
+            constant: if reach.max(slabs.origin.abs().max_element()) <= FAR { ABSOLUTE } else { f32::INFINITY },
         }
     }
 
@@ -90,8 +84,11 @@ impl FilterRay {
         let w = b[0].times(a[1]).minus(b[1].times(a[0]));
         let larger = |p: &[P; 3]| p[0].magnitude().greater(p[1].magnitude());
         let l = larger(&a).greater(larger(&b)).greater(larger(&c));
-        let quadratic = P::splat(5.0 * EPSILON);
-        let delta = l.times(P::splat(self.linear).plus(l.times(quadratic))).plus(P::splat(self.constant));
+        let z = a[2].magnitude().greater(b[2].magnitude()).greater(c[2].magnitude());
+        // 8ε, a little more for its own rounding.
+        let e = l.plus(z).times(P::splat(8.5 * EPSILON)).plus(P::splat(ABSOLUTE));
+        let linear = l.times(P::splat(5.0 * EPSILON)).plus(e.times(P::splat(4.5)));
+        let delta = l.times(linear).plus(e.times(e).times(P::splat(3.0))).plus(P::splat(self.constant));
         Sides { edges: [u, v, w], delta, depths: [a[2], b[2], c[2]] }
     }
 

@@ -30,7 +30,7 @@ fn gather<const W: usize, P: Pack<W>, Q: Pack<BLOCK>, L: Leaves, Pr: TraceProbe>
     hits: &mut Vec<Hit>,
 ) {
     let boxes = Boxes::<P>::new(slabs, ray);
-    let filter = FilterRay::new(ray, slabs, &wide.bounds);
+    let filter = FilterRay::new(ray, slabs, wide.reach);
     let exact = WatertightRay::new(ray);
     let limit = P::splat(pad_up(ray.t_max));
     let open = &mut scratch.open;

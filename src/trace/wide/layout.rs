@@ -4,6 +4,7 @@ use super::order::orders;
 use crate::bvh::{Bvh, NodeKind};
 use crate::geom::{Aabb, Triangle};
 use crate::refine::collapse_by_leaf_cost;
+use crate::trace::slab::reach;
 use glam::Vec3;
 
 /// Triangles of a block.
@@ -30,7 +31,7 @@ pub(super) struct WideNode<const W: usize> {
     pub bounds: [[[f32; W]; 2]; 3],
     /// Index of a node, or [`LEAF`] and that of a block; [`NONE`].
     pub child: [u32; W],
-    /// For each octant of directions, the children from far to near ([`super::order`]).
+    /// For each octant of directions, the children from near to far ([`super::order`]).
     pub order: [u32; 8],
 }
 
@@ -67,7 +68,8 @@ impl Block {
 pub struct WideBvh<const W: usize> {
     pub(super) nodes: Vec<WideNode<W>>,
     pub(super) blocks: Vec<Block>,
-    pub(super) bounds: Aabb,
+    /// The greatest |coordinate| of the root's box.
+    pub(super) reach: f32,
     /// The most entries that a search has open at once, with room for all children of a node behind them.
     pub(super) most_open: usize,
 }
@@ -87,7 +89,7 @@ impl<const W: usize> WideBvh<W> {
         } else {
             bvh
         };
-        let mut wide = Self { nodes: Vec::new(), blocks: Vec::new(), bounds: bvh.root().aabb, most_open: 0 };
+        let mut wide = Self { nodes: Vec::new(), blocks: Vec::new(), reach: reach(&bvh.root().aabb), most_open: 0 };
         // What stands below each node still to be made: nodes of the tree, side by side; and its depth.
         let mut pending: Vec<(usize, Vec<usize>, usize)> = Vec::new();
         let top = match bvh.nodes[0].kind() {

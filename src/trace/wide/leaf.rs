@@ -13,6 +13,9 @@ pub(in crate::trace) trait Leaves {
     /// Whether every hit is that of the f64 test.
     const WATERTIGHT: bool;
 
+    /// The greatest coordinates, of scene and ray, that the test is for.
+    const REACH: f32;
+
     /// Prepares for a ray.
     fn new() -> Self;
 
@@ -62,9 +65,14 @@ struct Waiting {
     lane: u32,
     /// No greater than its t.
     least: f32,
-    /// Whether t is known so well that it need not be held to the triangle's own box: what f64 can be off by is 2²⁸ times less
-    /// than what f32 can, so less than a rounding of t.
+    /// Whether t is known so well that it need not be held to the triangle's own box.
     well: bool,
+}
+
+/// Whether what f64 can be off by is less than a rounding of the f32 `t`, with `doubt` twice what f32 can be off by: 2²⁸ times more.
+#[inline(always)]
+fn well_known(t: f32, doubt: f32) -> bool {
+    t.abs() * 16.0 >= doubt && t.abs() <= f32::MAX
 }
 
 impl Watertight {
@@ -118,9 +126,19 @@ impl Watertight {
                         block: index as u32,
                         lane: lane as u32,
                         least,
-                        well: most <= 16.0 * least,
+                        well: well_known(least, most - least),
                     });
                     search.limit = search.limit.min(pad_up(most));
+                    continue;
+                }
+                // Too near an end of the ray's interval for f32 to tell, as the triangle is that a ray has just left.
+                let t = self.exact(search).meets_surely(&block.triangle(lane));
+                if well_known(t, most - least) {
+                    let t = (t >= search.ray.t_min && t <= search.ray.t_max).then_some(t);
+                    search.offer::<G>(block.ids[lane], t);
+                    if search.done {
+                        return;
+                    }
                     continue;
                 }
             }
@@ -155,6 +173,7 @@ impl Watertight {
 
 impl Leaves for Watertight {
     const WATERTIGHT: bool = true;
+    const REACH: f32 = Slabs::LIMIT;
 
     #[inline(always)]
     fn new() -> Self {
@@ -165,7 +184,7 @@ impl Leaves for Watertight {
     fn test<const W: usize, Q: Pack<BLOCK>, G: Goal>(&mut self, wide: &WideBvh<W>, index: usize, search: &mut Search) {
         let filter = match &mut self.filter {
             Some(filter) => filter,
-            none => none.insert(FilterRay::new(search.ray, search.slabs, &wide.bounds)),
+            none => none.insert(FilterRay::new(search.ray, search.slabs, wide.reach)),
         };
         let block = &wide.blocks[index];
         let sides = filter.sides::<Q>(block);
@@ -188,6 +207,8 @@ pub(in crate::trace) struct Fast;
 
 impl Leaves for Fast {
     const WATERTIGHT: bool = false;
+    // What overflows has no sign to pass a triangle by.
+    const REACH: f32 = Slabs::PRODUCT_LIMIT;
 
     #[inline(always)]
     fn new() -> Self {

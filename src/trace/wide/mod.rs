@@ -27,4 +27,4 @@ pub use layout::WideBvh;
 
 pub(super) use gather::{all_by_eight, all_by_four};
 pub(super) use leaf::{Fast, Leaves, Watertight};
-pub(super) use search::wide_hit;
+pub(super) use search::{OutOfRange, wide_hit};

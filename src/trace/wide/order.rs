@@ -10,7 +10,7 @@ use super::pack::Pack;
 /// Bits of a child's place in an order.
 const BITS: u32 = 3;
 
-/// For each octant (bit 0: x falls along the ray, bit 1: y, bit 2: z) the children from far to near, [`BITS`] each, the first
+/// For each octant (bit 0: x falls along the ray, bit 1: y, bit 2: z) the children from near to far, [`BITS`] each, the first
 /// lowest.
 pub(super) fn orders<const W: usize>(bounds: &[[[f32; W]; 2]; 3]) -> [u32; 8] {
     std::array::from_fn(|octant| {
@@ -19,16 +19,17 @@ pub(super) fn orders<const W: usize>(bounds: &[[[f32; W]; 2]; 3]) -> [u32; 8] {
             (0..3).map(|axis| if octant >> axis & 1 == 1 { -middle(axis) } else { middle(axis) }).sum()
         };
         let mut lanes: [usize; W] = std::array::from_fn(|lane| lane);
-        // Stable: of two as far the first stays first. Children that are not there have no middle (∞ − ∞).
+        // Stable: of two as far the last comes first. Children that are not there have no middle (∞ − ∞).
         lanes.sort_by(|&a, &b| along(b).total_cmp(&along(a)));
-        lanes.iter().rev().fold(0, |order, &lane| order << BITS | lane as u32)
+        lanes.iter().fold(0, |order, &lane| order << BITS | lane as u32)
     })
 }
 
 /// How children are put on a stack in an order.
 pub(super) trait Push<const W: usize, P: Pack<W>> {
-    /// Of the children whose `entry` is no more than their `exit`, writes all but the last in `order` to the front of `entries`
-    /// and `names`; what is behind them is of no meaning. Returns how many they are and the last one, or [`NONE`].
+    /// Of the children whose `entry` is no more than their `exit`, writes all but the first in `order` to the front of `entries`
+    /// and `names`, far before near; what is behind them is of no meaning. Returns how many they are and the first one, or
+    /// [`NONE`].
     fn push(
         entry: P,
         exit: P,
@@ -48,23 +49,22 @@ impl<const W: usize, P: Pack<W>> Push<W, P> for ByEach {
         entry: P,
         exit: P,
         child: &[u32; W],
-        mut order: u32,
+        order: u32,
         entries: &mut [f32; W],
         names: &mut [u32; W],
     ) -> (usize, u32) {
         let met = entry.at_most(exit);
         let mut from = [0.0; W];
         entry.store(&mut from);
-        let (mut n, mut last) = (0, NONE);
-        for _ in 0..W {
-            let lane = order as usize % W;
-            order >>= BITS;
+        let (mut n, mut first) = (0, NONE);
+        for place in (0..W as u32).rev() {
+            let lane = (order >> (BITS * place)) as usize % W;
             (entries[n % W], names[n % W]) = (from[lane], child[lane]);
             let is_met = met >> lane & 1 == 1;
             n += usize::from(is_met);
-            last = if is_met { child[lane] } else { last };
+            first = if is_met { child[lane] } else { first };
         }
-        (n.saturating_sub(1), last)
+        (n.saturating_sub(1), first)
     }
 }
 
@@ -80,30 +80,30 @@ mod x86 {
     /// All at once, by AVX2.
     pub(in super::super) struct ByPermutation;
 
-    /// For each set of lanes, its members from low to high, a byte each.
+    /// For each set of lanes, its members from high to low, a byte each.
     static MEMBERS: [[u8; 8]; 256] = {
         let mut table = [[0; 8]; 256];
         let mut set = 0;
         while set < 256 {
-            let (mut lane, mut n) = (0, 0);
-            while lane < 8 {
+            let (mut lane, mut n) = (8, 0);
+            while lane > 0 {
+                lane -= 1;
                 if set >> lane & 1 == 1 {
                     table[set][n] = lane as u8;
                     n += 1;
                 }
-                lane += 1;
             }
             set += 1;
         }
         table
     };
 
-    /// The last of the children that are met, and the set of the others; both by their places in the order.
+    /// The first of the children that are met, and the set of the others; both by their places in the order.
     #[inline(always)]
-    fn split_last<const W: usize>(met: u32, child: &[u32; W], order: u32) -> (u32, usize) {
-        let place = met.ilog2();
+    fn split_first<const W: usize>(met: u32, child: &[u32; W], order: u32) -> (u32, usize) {
+        let place = met.trailing_zeros();
         // Looked up on its own: what is done with it next must not wait for the stack.
-        (child[(order >> (BITS * place)) as usize % W], (met ^ 1 << place) as usize)
+        (child[(order >> (BITS * place)) as usize % W], (met & (met - 1)) as usize)
     }
 
     impl Push<8, Avx> for ByPermutation {
@@ -127,13 +127,13 @@ mod x86 {
                 if met == 0 {
                     return (0, NONE);
                 }
-                let (last, others) = split_last(met, child, order);
+                let (first, others) = split_first(met, child, order);
                 let members = _mm256_cvtepu8_epi32(_mm_loadl_epi64(MEMBERS[others].as_ptr().cast()));
                 let lanes = _mm256_permutevar8x32_epi32(lanes, members);
                 let child = _mm256_loadu_si256(child.as_ptr().cast());
                 _mm256_storeu_ps(entries.as_mut_ptr(), _mm256_permutevar8x32_ps(entry.0, lanes));
                 _mm256_storeu_si256(names.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(child, lanes));
-                (others.count_ones() as usize, last)
+                (others.count_ones() as usize, first)
             }
         }
     }
@@ -159,13 +159,13 @@ mod x86 {
                 if met == 0 {
                     return (0, NONE);
                 }
-                let (last, others) = split_last(met, child, order);
+                let (first, others) = split_first(met, child, order);
                 let members = _mm_cvtepu8_epi32(_mm_loadl_epi64(MEMBERS[others].as_ptr().cast()));
                 let lanes = _mm_castps_si128(_mm_permutevar_ps(_mm_castsi128_ps(lanes), members));
                 let child = _mm_loadu_ps(child.as_ptr().cast());
                 _mm_storeu_ps(entries.as_mut_ptr(), _mm_permutevar_ps(entry.0, lanes));
                 _mm_storeu_ps(names.as_mut_ptr().cast(), _mm_permutevar_ps(child, lanes));
-                (others.count_ones() as usize, last)
+                (others.count_ones() as usize, first)
             }
         }
     }

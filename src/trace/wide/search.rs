@@ -69,10 +69,10 @@ impl<P> Boxes<P> {
 fn search<const W: usize, P: Pack<W>, O: Push<W, P>, Q: Pack<BLOCK>, G: Goal, L: Leaves, Pr: TraceProbe>(
     wide: &WideBvh<W>,
     ray: &Ray,
-    slabs: &Slabs,
     scratch: &mut Scratch,
     probe: &mut Pr,
-) -> Option<Hit> {
+) -> Result<Option<Hit>, OutOfRange> {
+    let slabs = &Slabs::within(ray, wide.reach, L::REACH).ok_or(OutOfRange)?;
     let boxes = Boxes::<P>::new(slabs, ray);
     let octant = octant(slabs);
     let mut leaves = L::new();
@@ -88,12 +88,18 @@ fn search<const W: usize, P: Pack<W>, O: Push<W, P>, Q: Pack<BLOCK>, G: Goal, L:
     loop {
         probe.node();
         if at & LEAF == 0 {
-            let node = &wide.nodes[at as usize];
+            // SAFETY: children that are no leaves are places in `nodes`, see `WideBvh::new`.
+            let node = unsafe { wide.nodes.get_unchecked(at as usize) };
             (0..node.count()).for_each(|_| probe.box_test());
             let (entry, exit) = boxes.interval(node, P::splat(search.limit));
             let order = node.order[octant];
-            let entries = entries[top..].first_chunk_mut().expect("room for all children");
-            let names = names[top..].first_chunk_mut().expect("room for all children");
+            // SAFETY: `most_open` has room for all children of a node behind what a search has open.
+            let (entries, names) = unsafe {
+                (
+                    &mut *entries.as_mut_ptr().add(top).cast::<[f32; W]>(),
+                    &mut *names.as_mut_ptr().add(top).cast::<[u32; W]>(),
+                )
+            };
             let (pushed, nearest) = O::push(entry, exit, &node.child, order, entries, names);
             top += pushed;
             if nearest != NONE {
@@ -107,7 +113,7 @@ fn search<const W: usize, P: Pack<W>, O: Push<W, P>, Q: Pack<BLOCK>, G: Goal, L:
                 (0..block.count).for_each(|_| probe.triangle_test());
                 leaves.test::<W, Q, G>(wide, index, &mut search);
                 if search.done {
-                    return search.best;
+                    return Ok(search.best);
                 }
                 if !block.more {
                     break;
@@ -118,7 +124,7 @@ fn search<const W: usize, P: Pack<W>, O: Push<W, P>, Q: Pack<BLOCK>, G: Goal, L:
         loop {
             if top == 0 {
                 leaves.settle(wide, &mut search);
-                return search.best;
+                return Ok(search.best);
             }
             top -= 1;
             if entries[top] <= search.limit {
@@ -129,20 +135,23 @@ fn search<const W: usize, P: Pack<W>, O: Push<W, P>, Q: Pack<BLOCK>, G: Goal, L:
     }
 }
 
+/// What there is to say of a ray that f32 cannot trace, or nothing can.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::trace) struct OutOfRange;
+
 /// The search by the instructions of `level`.
 #[inline]
 pub(in crate::trace) fn wide_hit<const W: usize, G: Goal, L: Leaves, Pr: TraceProbe>(
     level: Simd,
     wide: &WideBvh<W>,
     ray: &Ray,
-    slabs: &Slabs,
     scratch: &mut Scratch,
     probe: &mut Pr,
-) -> Option<Hit>
+) -> Result<Option<Hit>, OutOfRange>
 where
     Instructions: For<W>,
 {
-    <Instructions as For<W>>::search::<G, L, Pr>(level, wide, ray, slabs, scratch, probe)
+    <Instructions as For<W>>::search::<G, L, Pr>(level, wide, ray, scratch, probe)
 }
 
 /// The sets of instructions that there are for a width.
@@ -155,10 +164,9 @@ pub(in crate::trace) trait For<const W: usize> {
         level: Simd,
         wide: &WideBvh<W>,
         ray: &Ray,
-        slabs: &Slabs,
         scratch: &mut Scratch,
         probe: &mut Pr,
-    ) -> Option<Hit>;
+    ) -> Result<Option<Hit>, OutOfRange>;
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -170,22 +178,21 @@ impl For<4> for Instructions {
         level: Simd,
         wide: &WideBvh<4>,
         ray: &Ray,
-        slabs: &Slabs,
         scratch: &mut Scratch,
         probe: &mut Pr,
-    ) -> Option<Hit> {
+    ) -> Result<Option<Hit>, OutOfRange> {
         #[cfg(target_arch = "x86_64")]
         {
             if level >= Simd::Avx2 {
                 // SAFETY: the level says that AVX2 is there.
-                return unsafe { search_avx2::<4, Sse, G, L, Pr>(wide, ray, slabs, scratch, probe) };
+                return unsafe { search_avx2::<4, Sse, G, L, Pr>(wide, ray, scratch, probe) };
             }
-            search::<4, Sse, ByEach, Sse, G, L, Pr>(wide, ray, slabs, scratch, probe)
+            search::<4, Sse, ByEach, Sse, G, L, Pr>(wide, ray, scratch, probe)
         }
         #[cfg(not(target_arch = "x86_64"))]
         {
             let _ = level;
-            search::<4, Portable<4>, ByEach, Portable<4>, G, L, Pr>(wide, ray, slabs, scratch, probe)
+            search::<4, Portable<4>, ByEach, Portable<4>, G, L, Pr>(wide, ray, scratch, probe)
         }
     }
 }
@@ -196,22 +203,21 @@ impl For<8> for Instructions {
         level: Simd,
         wide: &WideBvh<8>,
         ray: &Ray,
-        slabs: &Slabs,
         scratch: &mut Scratch,
         probe: &mut Pr,
-    ) -> Option<Hit> {
+    ) -> Result<Option<Hit>, OutOfRange> {
         #[cfg(target_arch = "x86_64")]
         {
             if level >= Simd::Avx2 {
                 // SAFETY: the level says that AVX2 is there.
-                return unsafe { search_avx2::<8, Avx, G, L, Pr>(wide, ray, slabs, scratch, probe) };
+                return unsafe { search_avx2::<8, Avx, G, L, Pr>(wide, ray, scratch, probe) };
             }
-            search::<8, TwoSse, ByEach, Sse, G, L, Pr>(wide, ray, slabs, scratch, probe)
+            search::<8, TwoSse, ByEach, Sse, G, L, Pr>(wide, ray, scratch, probe)
         }
         #[cfg(not(target_arch = "x86_64"))]
         {
             let _ = level;
-            search::<8, Portable<8>, ByEach, Portable<4>, G, L, Pr>(wide, ray, slabs, scratch, probe)
+            search::<8, Portable<8>, ByEach, Portable<4>, G, L, Pr>(wide, ray, scratch, probe)
         }
     }
 }
@@ -223,14 +229,13 @@ impl For<8> for Instructions {
 unsafe fn search_avx2<const W: usize, P: Pack<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
     wide: &WideBvh<W>,
     ray: &Ray,
-    slabs: &Slabs,
     scratch: &mut Scratch,
     probe: &mut Pr,
-) -> Option<Hit>
+) -> Result<Option<Hit>, OutOfRange>
 where
     ByPermutation: Push<W, P>,
 {
-    search::<W, P, ByPermutation, Sse, G, L, Pr>(wide, ray, slabs, scratch, probe)
+    search::<W, P, ByPermutation, Sse, G, L, Pr>(wide, ray, scratch, probe)
 }
 
 /// The scalar twin, for tests.
@@ -238,9 +243,8 @@ where
 pub(super) fn twin<const W: usize, G: Goal, L: Leaves, Pr: TraceProbe>(
     wide: &WideBvh<W>,
     ray: &Ray,
-    slabs: &Slabs,
     scratch: &mut Scratch,
     probe: &mut Pr,
-) -> Option<Hit> {
-    search::<W, Portable<W>, ByEach, Portable<4>, G, L, Pr>(wide, ray, slabs, scratch, probe)
+) -> Result<Option<Hit>, OutOfRange> {
+    search::<W, Portable<W>, ByEach, Portable<4>, G, L, Pr>(wide, ray, scratch, probe)
 }

@@ -29,22 +29,22 @@ fn by_twin(
     triangles: &[Triangle],
     ray: &Ray,
 ) -> Option<(Option<Hit>, TraceCounters)> {
-    let slabs = Slabs::new(ray, &bvh.root().aabb).filter(|_| ray.is_traceable())?;
     let mut work = TraceCounters::default();
     let scratch = &mut Scratch::default();
     let four = WideBvh::<4>::new(bvh, triangles);
     let eight = WideBvh::<8>::new(bvh, triangles);
     let w = &mut work;
     let hit = match (width, fast, query) {
-        (Width::Four, false, Query::Closest) => twin::<4, Closest, Watertight, _>(&four, ray, &slabs, scratch, w),
-        (Width::Four, true, Query::Closest) => twin::<4, Closest, Fast, _>(&four, ray, &slabs, scratch, w),
-        (Width::Four, false, Query::Any) => twin::<4, Any, Watertight, _>(&four, ray, &slabs, scratch, w),
-        (Width::Four, true, Query::Any) => twin::<4, Any, Fast, _>(&four, ray, &slabs, scratch, w),
-        (Width::Eight, false, Query::Closest) => twin::<8, Closest, Watertight, _>(&eight, ray, &slabs, scratch, w),
-        (Width::Eight, true, Query::Closest) => twin::<8, Closest, Fast, _>(&eight, ray, &slabs, scratch, w),
-        (Width::Eight, false, Query::Any) => twin::<8, Any, Watertight, _>(&eight, ray, &slabs, scratch, w),
-        (Width::Eight, true, Query::Any) => twin::<8, Any, Fast, _>(&eight, ray, &slabs, scratch, w),
+        (Width::Four, false, Query::Closest) => twin::<4, Closest, Watertight, _>(&four, ray, scratch, w),
+        (Width::Four, true, Query::Closest) => twin::<4, Closest, Fast, _>(&four, ray, scratch, w),
+        (Width::Four, false, Query::Any) => twin::<4, Any, Watertight, _>(&four, ray, scratch, w),
+        (Width::Four, true, Query::Any) => twin::<4, Any, Fast, _>(&four, ray, scratch, w),
+        (Width::Eight, false, Query::Closest) => twin::<8, Closest, Watertight, _>(&eight, ray, scratch, w),
+        (Width::Eight, true, Query::Closest) => twin::<8, Closest, Fast, _>(&eight, ray, scratch, w),
+        (Width::Eight, false, Query::Any) => twin::<8, Any, Watertight, _>(&eight, ray, scratch, w),
+        (Width::Eight, true, Query::Any) => twin::<8, Any, Fast, _>(&eight, ray, scratch, w),
     };
+    let hit = hit.ok()?;
     Some((if query == Query::Any { hit.map(|_| Kernel::SOME_HIT) } else { hit }, work))
 }
 
@@ -170,7 +170,7 @@ fn a_filter_that_passes_little_never_leaves_out_a_hit_and_is_right_where_it_is_s
         let origin = (random.point(2.0) - 1.0).normalize() * 3.0;
         let ray = Ray::new(origin, random.point(1.2) - 0.6 - origin);
         let slabs = Slabs::new(&ray, &bvh.root().aabb).unwrap();
-        let filter = super::filter::FilterRay::new(&ray, &slabs, &wide.bounds);
+        let filter = super::filter::FilterRay::new(&ray, &slabs, wide.reach);
         let exact = WatertightRay::new(&ray);
         for block in &wide.blocks {
             let sides = filter.sides::<super::pack::Portable<4>>(block);
