@@ -11,5 +11,5 @@ pub(crate) use aabb::{lower, upper};
 pub(crate) use polygon::{Polygon, cut, polygon_area};
 pub use ray::Ray;
 pub use triangle::{Hit, Triangle};
+pub(crate) use watertight::Axis;
 pub use watertight::WatertightRay;
-pub(crate) use watertight::shear_axes;

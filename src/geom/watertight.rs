@@ -9,11 +9,20 @@
 use super::{Ray, Triangle};
 use glam::{DVec3, Vec3};
 
+/// One of the three axes, in a type that needs no check as an index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub(crate) enum Axis {
+    X,
+    Y,
+    Z,
+}
+
 /// A ray prepared for the watertight test: the shear that turns it into the z axis.
 #[derive(Clone, Copy, Debug)]
 pub struct WatertightRay {
     /// The axis along which the direction is greatest becomes z.
-    axes: [usize; 3],
+    axes: [Axis; 3],
     /// In the order of `axes`.
     origin: DVec3,
     shear: DVec3,
@@ -21,12 +30,14 @@ pub struct WatertightRay {
 
 /// The axes in the order that the watertight test looks at them in: that along which `direction` is greatest comes last.
 #[inline(always)]
-pub(crate) fn shear_axes(direction: Vec3) -> [usize; 3] {
+fn shear_axes(direction: Vec3) -> [Axis; 3] {
+    static ORDERS: [[Axis; 3]; 3] =
+        [[Axis::Y, Axis::Z, Axis::X], [Axis::Z, Axis::X, Axis::Y], [Axis::X, Axis::Y, Axis::Z]];
     let [x, y, z] = direction.abs().to_array();
     // Without branches: nobody can guess them.
     let larger = usize::from(y > x);
-    let last = if z > x.max(y) { 2 } else { larger };
-    [[1, 2, 0], [2, 0, 1], [0, 1, 2]][last]
+    let last = if (z > x) & (z > y) { 2 } else { larger };
+    ORDERS[last]
 }
 
 impl WatertightRay {
@@ -34,28 +45,36 @@ impl WatertightRay {
     #[inline]
     pub fn new(ray: &Ray) -> Self {
         let axes = shear_axes(ray.direction);
-        let z = axes[2];
-        let d = ray.direction.as_dvec3();
-        let o = ray.origin.as_dvec3();
-        Self {
-            axes,
-            origin: DVec3::new(o[axes[0]], o[axes[1]], o[axes[2]]),
-            shear: DVec3::new(d[axes[0]] / d[z], d[axes[1]] / d[z], 1.0 / d[z]),
-        }
+        let (d, o): (&[f32; 3], &[f32; 3]) = (bytemuck::cast_ref(&ray.direction), bytemuck::cast_ref(&ray.origin));
+        let [dx, dy, dz] = axes.map(|axis| f64::from(d[axis as usize]));
+        let [x, y, z] = axes.map(|axis| f64::from(o[axis as usize]));
+        Self { axes, origin: DVec3::new(x, y, z), shear: DVec3::new(dx / dz, dy / dz, 1.0 / dz) }
+    }
+
+    /// The order in which axes are looked at: that along which the direction is greatest comes last.
+    #[inline(always)]
+    pub(crate) fn axes(&self) -> [Axis; 3] {
+        self.axes
+    }
+
+    /// In the order of [`Self::axes`].
+    #[inline(always)]
+    pub(crate) fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// What is taken off the first two axes for each step along the third; t over the depth along it.
+    #[inline(always)]
+    pub(crate) fn shear(&self) -> DVec3 {
+        self.shear
     }
 
     /// A vertex relative to the origin, sheared along the ray: two coordinates across it and one along.
     #[inline(always)]
-    fn sheared(&self, vertex: &Vec3) -> (f64, f64, f64) {
-        let [x, y, z] = self.axes;
-        // Picked from memory in f32: picking from registers by a variable axis would go through the stack.
-        let p: &[f32; 3] = bytemuck::cast_ref(vertex);
-        let depth = f64::from(p[z]) - self.origin.z;
-        (
-            f64::from(p[x]) - self.origin.x - self.shear.x * depth,
-            f64::from(p[y]) - self.origin.y - self.shear.y * depth,
-            depth,
-        )
+    fn sheared(&self, vertex: impl Fn(Axis) -> f32) -> (f64, f64, f64) {
+        let [x, y, z] = self.axes.map(|axis| f64::from(vertex(axis)));
+        let depth = z - self.origin.z;
+        (x - self.origin.x - self.shear.x * depth, y - self.origin.y - self.shear.y * depth, depth)
     }
 
     /// Where the line of the ray meets `triangle`, two-sided, boundary included: t, unlimited by the ray's interval.
@@ -83,19 +102,13 @@ impl WatertightRay {
         Some(self.t(corners, [u, v, w], det))
     }
 
-    /// The t of [`Self::meets`] for a triangle that is known to be met.
-    #[inline(always)]
-    pub(crate) fn meets_surely(&self, triangle: &Triangle) -> f32 {
-        let corners = self.corners(triangle);
-        let [a, b, c] = corners;
-        let [u, v, w] = [c.0 * b.1 - c.1 * b.0, a.0 * c.1 - a.1 * c.0, b.0 * a.1 - b.1 * a.0];
-        self.t(corners, [u, v, w], u + v + w)
-    }
-
     #[inline(always)]
     fn corners(&self, triangle: &Triangle) -> [(f64, f64, f64); 3] {
-        let [a, b, c] = &triangle.v;
-        [self.sheared(a), self.sheared(b), self.sheared(c)]
+        // Picked from memory in f32: picking from registers by a variable axis would go through the stack.
+        triangle.v.each_ref().map(|vertex| {
+            let vertex: &[f32; 3] = bytemuck::cast_ref(vertex);
+            self.sheared(|axis| vertex[axis as usize])
+        })
     }
 
     #[inline(always)]

@@ -52,9 +52,7 @@ pub fn count_batch(batch: &Batch) -> (Vec<HitRecord>, TraceCounters) {
 
 impl Batch<'_> {
     fn trace_chunk<P: TraceProbe>(&self, rays: &[Ray], hits: &mut [HitRecord], scratch: &mut Scratch, probe: &mut P) {
-        for (ray, hit) in rays.iter().zip(hits) {
-            *hit = self.tracer.trace(self.query, ray, scratch, probe).into();
-        }
+        self.tracer.trace_all(self.query, rays, hits, scratch, probe);
     }
 }
 

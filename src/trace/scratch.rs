@@ -7,13 +7,53 @@
 pub struct Scratch {
     /// Nodes still to be entered, for kernel `scalar`.
     pub(super) open: Vec<OpenNode>,
-    /// The same for the wide kernels, side by side: where each is entered, and which it is.
-    pub(super) entries: Vec<f32>,
-    pub(super) names: Vec<u32>,
+    /// The stacks of the wide kernels, one behind the other.
+    entries: Vec<f32>,
+    names: Vec<u32>,
     /// Inner nodes being worked on, for `first-leaf`.
     pub(super) frames: Vec<Frame>,
     /// Hit children of those nodes, frame after frame.
     pub(super) children: Vec<HitChild>,
+}
+
+/// Nodes still to be entered, for the wide kernels: where each is entered, and which it is.
+pub(super) struct Stack<'a> {
+    pub(super) entries: &'a mut [f32],
+    pub(super) names: &'a mut [u32],
+}
+
+impl Scratch {
+    /// Stacks of `room` entries each.
+    #[inline(always)]
+    pub(super) fn stacks<const N: usize>(&mut self, room: usize) -> [Stack<'_>; N] {
+        if self.entries.len() < N * room {
+            self.entries.resize(N * room, 0.0);
+            self.names.resize(N * room, 0);
+        }
+        let mut parts = self.entries.chunks_exact_mut(room).zip(self.names.chunks_exact_mut(room));
+        std::array::from_fn(|_| {
+            let (entries, names) = parts.next().expect("room for all");
+            Stack { entries, names }
+        })
+    }
+}
+
+impl Stack<'_> {
+    /// Room for the children of a node behind the first `top` entries.
+    ///
+    /// # Safety
+    /// There are at least `top + W` entries.
+    #[inline(always)]
+    pub(super) unsafe fn room_behind<const W: usize>(&mut self, top: usize) -> (&mut [f32; W], &mut [u32; W]) {
+        debug_assert!(top + W <= self.entries.len() && self.entries.len() == self.names.len());
+        // SAFETY: the caller's promise; `names` has as many as `entries`.
+        unsafe {
+            (
+                &mut *self.entries.as_mut_ptr().add(top).cast::<[f32; W]>(),
+                &mut *self.names.as_mut_ptr().add(top).cast::<[u32; W]>(),
+            )
+        }
+    }
 }
 
 /// A node whose box was hit.

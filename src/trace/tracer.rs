@@ -3,11 +3,12 @@
 use super::closest::{Any, Closest, FastTest, Goal, any_hit, closest_hit};
 use super::first_leaf::first_leaf;
 use super::gather::{all_hits, in_order};
+use super::hits::HitRecord;
 use super::kernels::{Kernel, Query, Width};
 use super::probe::TraceProbe;
 use super::scratch::Scratch;
 use super::slab::Slabs;
-use super::wide::{Fast, Leaves, OutOfRange, Watertight, WideBvh, all_by_eight, all_by_four, wide_hit};
+use super::wide::{Fast, Leaves, OutOfRange, Watertight, WideBvh, all_by_eight, all_by_four, wide_hit, wide_hits};
 use crate::bvh::Bvh;
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
 use crate::simd::Simd;
@@ -91,6 +92,59 @@ impl<'a> Tracer<'a> {
             (_, true, Query::Closest) => self.search::<Closest, Fast, P>(query, ray, scratch, probe),
             (_, false, Query::Any) => self.search::<Any, Watertight, P>(query, ray, scratch, probe),
             (_, true, Query::Any) => self.search::<Any, Fast, P>(query, ray, scratch, probe),
+        }
+    }
+
+    /// Traces many rays on this thread, one record a ray into `answers`, the same as [`Self::trace`] gives ray by ray. Wide
+    /// kernels have several rays on their way at once, which is quicker.
+    ///
+    /// # Panics
+    /// Where there are not as many answers as rays.
+    pub fn trace_all<P: TraceProbe>(
+        &self,
+        query: Query,
+        rays: &[Ray],
+        answers: &mut [HitRecord],
+        scratch: &mut Scratch,
+        probe: &mut P,
+    ) {
+        assert_eq!(rays.len(), answers.len(), "one answer a ray");
+        let fast = matches!(self.kernel, Kernel::Wide { fast: true, .. });
+        match (&self.wide, fast, query) {
+            (Wide::None, ..) => {
+                for (ray, answer) in rays.iter().zip(answers) {
+                    *answer = self.walk(query, ray, scratch, probe).into();
+                }
+            }
+            (_, false, Query::Closest) => {
+                self.search_all::<Closest, Watertight, P>(query, rays, answers, scratch, probe)
+            }
+            (_, true, Query::Closest) => self.search_all::<Closest, Fast, P>(query, rays, answers, scratch, probe),
+            (_, false, Query::Any) => self.search_all::<Any, Watertight, P>(query, rays, answers, scratch, probe),
+            (_, true, Query::Any) => self.search_all::<Any, Fast, P>(query, rays, answers, scratch, probe),
+        }
+    }
+
+    fn search_all<G: Goal, L: Leaves, P: TraceProbe>(
+        &self,
+        query: Query,
+        rays: &[Ray],
+        answers: &mut [HitRecord],
+        scratch: &mut Scratch,
+        probe: &mut P,
+    ) {
+        let out_of_range = match &self.wide {
+            Wide::Four(wide) => wide_hits::<4, G, L, P>(self.level, wide, rays, answers, scratch, probe),
+            Wide::Eight(wide) => wide_hits::<8, G, L, P>(self.level, wide, rays, answers, scratch, probe),
+            Wide::None => (0..rays.len()).collect(),
+        };
+        for place in out_of_range {
+            answers[place] = self.search_out_of_range(query, &rays[place], scratch, probe).into();
+        }
+        if G::FIRST_IS_ENOUGH {
+            for answer in answers.iter_mut().filter(|answer| answer.is_hit()) {
+                *answer = Some(Kernel::SOME_HIT).into();
+            }
         }
     }
 

@@ -3,7 +3,6 @@
 //! Boxes and candidates are tested as many at a time as by the search for the closest hit; with every triangle tested in the end
 //! by the same test, the hits are the same for every width and every set of instructions.
 
-use super::filter::FilterRay;
 use super::layout::{BLOCK, LEAF, WideBvh};
 use super::leaf::Leaves;
 use super::pack::Pack;
@@ -11,7 +10,13 @@ use super::pack::Pack;
 use super::pack::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::pack::{Avx, Sse, TwoSse};
+use super::pack64::Pack64;
+#[cfg(not(target_arch = "x86_64"))]
+use super::pack64::Portable64;
+#[cfg(target_arch = "x86_64")]
+use super::pack64::{Avx64, TwoSse64};
 use super::search::Boxes;
+use super::watertight;
 use crate::geom::{Hit, Ray, WatertightRay};
 use crate::simd::Simd;
 use crate::trace::closest::accepted;
@@ -21,7 +26,7 @@ use crate::trace::slab::{Slabs, pad_up};
 
 /// Adds every hit to `hits`, in the order of the layout, a triangle as often as it stands in leaves.
 #[inline(always)]
-fn gather<const W: usize, P: Pack<W>, Q: Pack<BLOCK>, L: Leaves, Pr: TraceProbe>(
+fn gather<const W: usize, P: Pack<W>, D: Pack64, L: Leaves, Pr: TraceProbe>(
     wide: &WideBvh<W>,
     ray: &Ray,
     slabs: &Slabs,
@@ -30,7 +35,6 @@ fn gather<const W: usize, P: Pack<W>, Q: Pack<BLOCK>, L: Leaves, Pr: TraceProbe>
     hits: &mut Vec<Hit>,
 ) {
     let boxes = Boxes::<P>::new(slabs, ray);
-    let filter = FilterRay::new(ray, slabs, wide.reach);
     let exact = WatertightRay::new(ray);
     let limit = P::splat(pad_up(ray.t_max));
     let open = &mut scratch.open;
@@ -53,16 +57,21 @@ fn gather<const W: usize, P: Pack<W>, Q: Pack<BLOCK>, L: Leaves, Pr: TraceProbe>
         loop {
             let block = &wide.blocks[index];
             (0..block.count).for_each(|_| probe.triangle_test());
-            let mut candidates =
-                if L::WATERTIGHT { filter.sides::<Q>(block).candidates(block) } else { (1 << block.count) - 1 };
-            while candidates != 0 {
-                let lane = candidates.trailing_zeros() as usize;
-                candidates &= candidates - 1;
-                let triangle = block.triangle(lane);
-                let t = if L::WATERTIGHT {
-                    accepted(&exact, *slabs, ray, &triangle)
+            let (mut lanes, surely, known) = if L::WATERTIGHT {
+                let found = watertight::test::<D>(&exact, ray, block);
+                (found.surely | found.perhaps, found.surely, found.t)
+            } else {
+                ((1 << block.count) - 1, 0, [0.0; BLOCK])
+            };
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros() as usize % BLOCK;
+                lanes &= lanes - 1;
+                let t = if surely >> lane & 1 == 1 {
+                    Some(known[lane])
+                } else if L::WATERTIGHT {
+                    accepted(&exact, *slabs, ray, &block.triangle(lane))
                 } else {
-                    triangle.intersect(ray).filter(|t| t.is_finite())
+                    block.triangle(lane).intersect(ray).filter(|t| t.is_finite())
                 };
                 hits.extend(t.map(|t| Hit { triangle: block.ids[lane], t }));
             }
@@ -84,9 +93,9 @@ pub(in crate::trace) fn all_by_four<L: Leaves, Pr: TraceProbe>(
     hits: &mut Vec<Hit>,
 ) {
     #[cfg(target_arch = "x86_64")]
-    gather::<4, Sse, Sse, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+    gather::<4, Sse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
     #[cfg(not(target_arch = "x86_64"))]
-    gather::<4, Portable<4>, Portable<4>, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+    gather::<4, Portable<4>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
 }
 
 /// Eight boxes at a time, by the instructions of `level`.
@@ -104,12 +113,12 @@ pub(in crate::trace) fn all_by_eight<L: Leaves, Pr: TraceProbe>(
         // SAFETY: the level says that AVX2 is there.
         unsafe { all_by_avx2::<L, Pr>(wide, ray, slabs, scratch, probe, hits) }
     } else {
-        gather::<8, TwoSse, Sse, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+        gather::<8, TwoSse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
         let _ = level;
-        gather::<8, Portable<8>, Portable<4>, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+        gather::<8, Portable<8>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
     }
 }
 
@@ -125,5 +134,5 @@ unsafe fn all_by_avx2<L: Leaves, Pr: TraceProbe>(
     probe: &mut Pr,
     hits: &mut Vec<Hit>,
 ) {
-    gather::<8, Avx, Sse, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+    gather::<8, Avx, Avx64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
 }

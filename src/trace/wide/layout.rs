@@ -8,7 +8,7 @@ use crate::trace::slab::reach;
 use glam::Vec3;
 
 /// Triangles of a block.
-pub(super) const BLOCK: usize = 4;
+pub(in crate::trace) const BLOCK: usize = 4;
 
 /// What a block costs, a node's boxes being one. Anything from 0.3 to 1 gives nearly the same trees: a leaf of four for one of two
 /// is always worth it.
@@ -38,7 +38,7 @@ pub(super) struct WideNode<const W: usize> {
 /// At most four triangles of a leaf.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-pub(super) struct Block {
+pub(in crate::trace) struct Block {
     /// By vertex, then axis, then triangle.
     pub vertices: [[[f32; BLOCK]; 3]; 3],
     pub ids: [u32; BLOCK],

@@ -1,12 +1,12 @@
 //! What is done at a leaf: its triangles tested four at a time.
 
-use super::filter::{FilterRay, Sides};
-use super::layout::{BLOCK, Block, WideBvh};
+use super::layout::{BLOCK, Block};
 use super::pack::Pack;
+use super::pack64::Pack64;
+use super::watertight;
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
-use crate::trace::closest::{Closest, Goal, accepted, improve};
+use crate::trace::closest::{Goal, accepted, improve};
 use crate::trace::slab::{Slabs, pad_up};
-use arrayvec::ArrayVec;
 
 /// How triangles are tested.
 pub(in crate::trace) trait Leaves {
@@ -19,17 +19,14 @@ pub(in crate::trace) trait Leaves {
     /// Prepares for a ray.
     fn new() -> Self;
 
-    /// Tests the triangles of a block of `wide`, and keeps the better hit. `search.limit` falls where it may.
-    fn test<const W: usize, Q: Pack<BLOCK>, G: Goal>(&mut self, wide: &WideBvh<W>, block: usize, search: &mut Search);
-
-    /// Makes the best hit of what was found.
-    fn settle<const W: usize>(&mut self, wide: &WideBvh<W>, search: &mut Search);
+    /// Tests the triangles of a block, and keeps the better hit. `search.limit` falls where it may.
+    fn test<Q: Pack<BLOCK>, D: Pack64, G: Goal>(&mut self, block: &Block, search: &mut Search);
 }
 
 /// A ray, and what is known of its hit.
 pub(in crate::trace) struct Search<'a> {
     pub ray: &'a Ray,
-    pub slabs: &'a Slabs,
+    pub slabs: Slabs,
     pub best: Option<Hit>,
     /// Nothing that is entered beyond it can be better.
     pub limit: f32,
@@ -47,128 +44,17 @@ impl Search<'_> {
     }
 }
 
-/// The watertight test in f64, of what the f32 filter lets pass.
-///
-/// Where f32 is sure of the hit, and of bounds on its t, the upper one holds back the search at once, and the f64 test waits:
-/// until the end, when most of those that wait are known to be farther than another.
+/// The watertight test, in f64.
 pub(in crate::trace) struct Watertight {
-    /// Both prepared when first needed: many rays come to no leaf.
-    filter: Option<FilterRay>,
-    exact: Option<WatertightRay>,
-    waiting: ArrayVec<Waiting, 8>,
+    /// Prepared when first needed: many rays come to no leaf.
+    ray: Option<WatertightRay>,
 }
 
-/// A triangle that is hit, at a t that is not known to the last bit yet.
-#[derive(Clone, Copy)]
-struct Waiting {
-    block: u32,
-    lane: u32,
-    /// No greater than its t.
-    least: f32,
-    /// Whether t is known so well that it need not be held to the triangle's own box.
-    well: bool,
-}
-
-/// Whether what f64 can be off by is less than a rounding of the f32 `t`, with `doubt` twice what f32 can be off by: 2²⁸ times more.
-#[inline(always)]
-fn well_known(t: f32, doubt: f32) -> bool {
-    t.abs() * 16.0 >= doubt && t.abs() <= f32::MAX
-}
-
-impl Watertight {
-    #[inline(never)]
-    fn test_exactly<const W: usize, G: Goal>(
-        &mut self,
-        wide: &WideBvh<W>,
-        block: usize,
-        lane: usize,
-        search: &mut Search,
-    ) {
-        let block = &wide.blocks[block];
-        let test = self.exact(search);
-        let t = accepted(test, *search.slabs, search.ray, &block.triangle(lane));
-        search.offer::<G>(block.ids[lane], t);
-    }
-
-    /// What comes of `candidates`. Not part of the loop, whose registers it would take.
-    #[inline(always)]
-    fn look_closer<const W: usize, Q: Pack<BLOCK>, G: Goal>(
-        &mut self,
-        wide: &WideBvh<W>,
-        index: usize,
-        sides: &Sides<Q>,
-        mut candidates: u32,
-        search: &mut Search,
-    ) {
-        let block = &wide.blocks[index];
-        let bounds = self.filter.as_ref().expect("sides come from it").bounds(sides);
-        let (mut least, mut most) = ([0.0; BLOCK], [0.0; BLOCK]);
-        bounds.least.store(&mut least);
-        bounds.most.store(&mut most);
-        while candidates != 0 {
-            let lane = candidates.trailing_zeros() as usize;
-            candidates &= candidates - 1;
-            let (least, most) = (least[lane], most[lane]);
-            if bounds.sure >> lane & 1 == 1 {
-                if least > search.limit || most < search.ray.t_min {
-                    continue;
-                }
-                if least >= search.ray.t_min && most <= search.ray.t_max.min(f32::MAX) {
-                    if G::FIRST_IS_ENOUGH {
-                        search.best = Some(Hit { triangle: block.ids[lane], t: most });
-                        search.done = true;
-                        return;
-                    }
-                    if self.waiting.is_full() {
-                        self.settle_all(wide, search);
-                    }
-                    self.waiting.push(Waiting {
-                        block: index as u32,
-                        lane: lane as u32,
-                        least,
-                        well: well_known(least, most - least),
-                    });
-                    search.limit = search.limit.min(pad_up(most));
-                    continue;
-                }
-                // Too near an end of the ray's interval for f32 to tell, as the triangle is that a ray has just left.
-                let t = self.exact(search).meets_surely(&block.triangle(lane));
-                if well_known(t, most - least) {
-                    let t = (t >= search.ray.t_min && t <= search.ray.t_max).then_some(t);
-                    search.offer::<G>(block.ids[lane], t);
-                    if search.done {
-                        return;
-                    }
-                    continue;
-                }
-            }
-            self.test_exactly::<W, G>(wide, index, lane, search);
-        }
-    }
-
-    #[inline(never)]
-    fn settle_all<const W: usize>(&mut self, wide: &WideBvh<W>, search: &mut Search) {
-        while let Some(Waiting { block, lane, least, well }) = self.waiting.pop() {
-            if least > search.limit {
-                continue;
-            }
-            if well {
-                let block = &wide.blocks[block as usize];
-                let t = self.exact(search).meets_surely(&block.triangle(lane as usize));
-                search.offer::<Closest>(block.ids[lane as usize], Some(t));
-            } else {
-                self.test_exactly::<W, Closest>(wide, block as usize, lane as usize, search);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn exact(&mut self, search: &Search) -> &WatertightRay {
-        match &mut self.exact {
-            Some(test) => test,
-            none => none.insert(WatertightRay::new(search.ray)),
-        }
-    }
+#[cold]
+#[inline(never)]
+fn test_alone<G: Goal>(ray: &WatertightRay, block: &Block, lane: usize, search: &mut Search) {
+    let t = accepted(ray, search.slabs, search.ray, &block.triangle(lane));
+    search.offer::<G>(block.ids[lane], t);
 }
 
 impl Leaves for Watertight {
@@ -177,27 +63,25 @@ impl Leaves for Watertight {
 
     #[inline(always)]
     fn new() -> Self {
-        Self { filter: None, exact: None, waiting: ArrayVec::new_const() }
+        Self { ray: None }
     }
 
     #[inline(always)]
-    fn test<const W: usize, Q: Pack<BLOCK>, G: Goal>(&mut self, wide: &WideBvh<W>, index: usize, search: &mut Search) {
-        let filter = match &mut self.filter {
-            Some(filter) => filter,
-            none => none.insert(FilterRay::new(search.ray, search.slabs, wide.reach)),
+    fn test<Q: Pack<BLOCK>, D: Pack64, G: Goal>(&mut self, block: &Block, search: &mut Search) {
+        let ray = match &mut self.ray {
+            Some(ray) => ray,
+            none => none.insert(WatertightRay::new(search.ray)),
         };
-        let block = &wide.blocks[index];
-        let sides = filter.sides::<Q>(block);
-        let candidates = sides.candidates(block);
-        if candidates != 0 {
-            self.look_closer::<W, Q, G>(wide, index, &sides, candidates, search);
-        }
-    }
-
-    #[inline(always)]
-    fn settle<const W: usize>(&mut self, wide: &WideBvh<W>, search: &mut Search) {
-        if !self.waiting.is_empty() {
-            self.settle_all(wide, search);
+        let found = watertight::test::<D>(ray, search.ray, block);
+        let mut lanes = found.surely | found.perhaps;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % BLOCK;
+            lanes &= lanes - 1;
+            if found.surely >> lane & 1 == 1 {
+                search.offer::<G>(block.ids[lane], Some(found.t[lane]));
+            } else {
+                test_alone::<G>(ray, block, lane, search);
+            }
         }
     }
 }
@@ -216,13 +100,9 @@ impl Leaves for Fast {
     }
 
     #[inline(always)]
-    fn test<const W: usize, Q: Pack<BLOCK>, G: Goal>(&mut self, wide: &WideBvh<W>, index: usize, search: &mut Search) {
-        let block = &wide.blocks[index];
+    fn test<Q: Pack<BLOCK>, D: Pack64, G: Goal>(&mut self, block: &Block, search: &mut Search) {
         fast::<Q>(block, search.ray, |id, t| search.offer::<G>(id, t));
     }
-
-    #[inline(always)]
-    fn settle<const W: usize>(&mut self, _: &WideBvh<W>, _: &mut Search) {}
 }
 
 /// Möller–Trumbore in f32, four at a time: `hit` gets ids and t.

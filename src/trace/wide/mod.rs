@@ -1,10 +1,11 @@
 //! Kernels `bvh4` and `bvh8`: four or eight boxes at a time, four triangles at a time, near children first.
 //!
 //! The answer is that of kernel `scalar`, bit for bit, and for the same reason (see `closest.rs`): boxes are tested by the
-//! same arithmetic, lane by lane, so the test stays conservative and monotone; a triangle counts by the same f64 test and
-//! within its own box. Only candidates come to that test: those that the f32 filter, which never leaves out a hit, lets pass
-//! (`filter.rs`); and where f32 is sure of a hit it waits for the end of the search (`leaf.rs`). Kernels `bvh4-fast` and
-//! `bvh8-fast` end at f32: Möller–Trumbore, four at a time, as most renderers do.
+//! same arithmetic, lane by lane, so the test stays conservative and monotone; a triangle counts by the same f64 test, four at
+//! a time, and within its own box, where that could make a difference (`watertight.rs`). Kernels `bvh4-fast` and `bvh8-fast` have
+//! Möller–Trumbore in f32 instead, as most renderers do.
+//!
+//! Many rays at once are quicker than one after another: two are on their way at a time (`search.rs`).
 //!
 //! A binary tree is collapsed for what these kernels do: a leaf costs by its blocks of four triangles, not by its triangles
 //! (`layout.rs`). Children are entered in an order that is kept with the node (`order.rs`).
@@ -12,13 +13,14 @@
 //! Rays for which f32 distances would over- or underflow, and those that count hits behind their origin, go to `scalar`'s f64
 //! boxes, through the tree that the layout was made from.
 
-mod filter;
 mod gather;
 mod layout;
 mod leaf;
 mod order;
 mod pack;
+mod pack64;
 mod search;
+mod watertight;
 
 #[cfg(test)]
 mod tests;
@@ -27,4 +29,4 @@ pub use layout::WideBvh;
 
 pub(super) use gather::{all_by_eight, all_by_four};
 pub(super) use leaf::{Fast, Leaves, Watertight};
-pub(super) use search::{OutOfRange, wide_hit};
+pub(super) use search::{OutOfRange, wide_hit, wide_hits};

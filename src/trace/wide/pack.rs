@@ -15,13 +15,10 @@ pub(in crate::trace) unsafe trait Pack<const W: usize>: Copy {
     fn plus(self, other: Self) -> Self;
     fn minus(self, other: Self) -> Self;
     fn times(self, other: Self) -> Self;
-    fn over(self, other: Self) -> Self;
     /// `self < other ? self : other`, each.
     fn lesser(self, other: Self) -> Self;
     /// `self > other ? self : other`, each.
     fn greater(self, other: Self) -> Self;
-    /// The sign taken off.
-    fn magnitude(self) -> Self;
     /// One bit each, the first lowest: `self <= other`.
     fn at_most(self, other: Self) -> u32;
     /// One bit each: `self < other`.
@@ -74,20 +71,12 @@ unsafe impl<const W: usize> Pack<W> for Portable<W> {
         self.each(other, |a, b| a * b)
     }
     #[inline(always)]
-    fn over(self, other: Self) -> Self {
-        self.each(other, |a, b| a / b)
-    }
-    #[inline(always)]
     fn lesser(self, other: Self) -> Self {
         self.each(other, |a, b| if a < b { a } else { b })
     }
     #[inline(always)]
     fn greater(self, other: Self) -> Self {
         self.each(other, |a, b| if a > b { a } else { b })
-    }
-    #[inline(always)]
-    fn magnitude(self) -> Self {
-        Self(self.0.map(f32::abs))
     }
     #[inline(always)]
     fn at_most(self, other: Self) -> u32 {
@@ -152,11 +141,6 @@ mod x86 {
             Self(unsafe { _mm_mul_ps(self.0, other.0) })
         }
         #[inline(always)]
-        fn over(self, other: Self) -> Self {
-            // SAFETY: as above.
-            Self(unsafe { _mm_div_ps(self.0, other.0) })
-        }
-        #[inline(always)]
         fn lesser(self, other: Self) -> Self {
             // SAFETY: as above.
             Self(unsafe { _mm_min_ps(self.0, other.0) })
@@ -165,11 +149,6 @@ mod x86 {
         fn greater(self, other: Self) -> Self {
             // SAFETY: as above.
             Self(unsafe { _mm_max_ps(self.0, other.0) })
-        }
-        #[inline(always)]
-        fn magnitude(self) -> Self {
-            // SAFETY: as above.
-            Self(unsafe { _mm_andnot_ps(_mm_set1_ps(-0.0), self.0) })
         }
         #[inline(always)]
         fn at_most(self, other: Self) -> u32 {
@@ -214,20 +193,12 @@ mod x86 {
             Self(self.0.times(other.0), self.1.times(other.1))
         }
         #[inline(always)]
-        fn over(self, other: Self) -> Self {
-            Self(self.0.over(other.0), self.1.over(other.1))
-        }
-        #[inline(always)]
         fn lesser(self, other: Self) -> Self {
             Self(self.0.lesser(other.0), self.1.lesser(other.1))
         }
         #[inline(always)]
         fn greater(self, other: Self) -> Self {
             Self(self.0.greater(other.0), self.1.greater(other.1))
-        }
-        #[inline(always)]
-        fn magnitude(self) -> Self {
-            Self(self.0.magnitude(), self.1.magnitude())
         }
         #[inline(always)]
         fn at_most(self, other: Self) -> u32 {
@@ -272,11 +243,6 @@ mod x86 {
             Self(unsafe { _mm256_mul_ps(self.0, other.0) })
         }
         #[inline(always)]
-        fn over(self, other: Self) -> Self {
-            // SAFETY: as above.
-            Self(unsafe { _mm256_div_ps(self.0, other.0) })
-        }
-        #[inline(always)]
         fn lesser(self, other: Self) -> Self {
             // SAFETY: as above.
             Self(unsafe { _mm256_min_ps(self.0, other.0) })
@@ -285,11 +251,6 @@ mod x86 {
         fn greater(self, other: Self) -> Self {
             // SAFETY: as above.
             Self(unsafe { _mm256_max_ps(self.0, other.0) })
-        }
-        #[inline(always)]
-        fn magnitude(self) -> Self {
-            // SAFETY: as above.
-            Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
         }
         #[inline(always)]
         fn at_most(self, other: Self) -> u32 {
@@ -323,16 +284,7 @@ mod tests {
                 // Which NaN it is does not matter.
                 results.push(out.map(|x| if x.is_nan() { 1 } else { x.to_bits() }));
             };
-            for p in [
-                a.plus(b),
-                a.minus(b),
-                a.times(b),
-                a.over(b),
-                a.lesser(b),
-                a.greater(b),
-                a.magnitude(),
-                P::splat(ODD[turn]),
-            ] {
+            for p in [a.plus(b), a.minus(b), a.times(b), a.lesser(b), a.greater(b), P::splat(ODD[turn])] {
                 put(p);
             }
             results.push([a.at_most(b); W]);
@@ -351,6 +303,6 @@ mod tests {
                 assert_eq!(all::<8, Portable<8>>(), all::<8, Avx>());
             }
         }
-        assert_eq!(all::<8, Portable<8>>().len(), 80);
+        assert_eq!(all::<8, Portable<8>>().len(), 64);
     }
 }

@@ -8,16 +8,20 @@ use super::order::{ByEach, Push};
 use super::pack::Pack;
 #[cfg(any(test, not(target_arch = "x86_64")))]
 use super::pack::Portable;
+use super::pack64::Pack64;
+#[cfg(any(test, not(target_arch = "x86_64")))]
+use super::pack64::Portable64;
 use crate::geom::{Hit, Ray};
 use crate::simd::Simd;
 use crate::trace::closest::Goal;
+use crate::trace::hits::HitRecord;
 use crate::trace::probe::TraceProbe;
-use crate::trace::scratch::Scratch;
+use crate::trace::scratch::{Scratch, Stack};
 use crate::trace::slab::{ABSOLUTE, Slabs, pad_up};
 
 /// Along which axes the ray falls, a bit each.
 #[inline(always)]
-fn octant(slabs: &Slabs) -> usize {
+pub(super) fn octant(slabs: &Slabs) -> usize {
     slabs.negative.bitmask() as usize % 8
 }
 
@@ -65,55 +69,70 @@ impl<P> Boxes<P> {
     }
 }
 
-#[inline(always)]
-fn search<const W: usize, P: Pack<W>, O: Push<W, P>, Q: Pack<BLOCK>, G: Goal, L: Leaves, Pr: TraceProbe>(
-    wide: &WideBvh<W>,
-    ray: &Ray,
-    scratch: &mut Scratch,
-    probe: &mut Pr,
-) -> Result<Option<Hit>, OutOfRange> {
-    let slabs = &Slabs::within(ray, wide.reach, L::REACH).ok_or(OutOfRange)?;
-    let boxes = Boxes::<P>::new(slabs, ray);
-    let octant = octant(slabs);
-    let mut leaves = L::new();
-    // Nodes entered at exactly the best t stay open: they may hold a lower id.
-    let mut search = Search { ray, slabs, best: None, limit: pad_up(ray.t_max), done: false };
-    if scratch.entries.len() < wide.most_open {
-        scratch.entries.resize(wide.most_open, 0.0);
-        scratch.names.resize(wide.most_open, 0);
+/// A ray on its way through the tree.
+struct Flight<'a, P, L> {
+    search: Search<'a>,
+    boxes: Boxes<P>,
+    octant: usize,
+    leaves: L,
+    /// The node or leaf to look at next.
+    at: u32,
+    /// How much is on the stack.
+    top: usize,
+}
+
+impl<'a, P, L: Leaves> Flight<'a, P, L> {
+    /// Prepares `ray` at the root.
+    #[inline(always)]
+    fn new<const W: usize>(wide: &WideBvh<W>, ray: &'a Ray) -> Result<Self, OutOfRange>
+    where
+        P: Pack<W>,
+    {
+        let slabs = Slabs::within(ray, wide.reach, L::REACH).ok_or(OutOfRange)?;
+        Ok(Self {
+            boxes: Boxes::<P>::new(&slabs, ray),
+            octant: octant(&slabs),
+            leaves: L::new(),
+            // Nodes entered at exactly the best t stay open: they may hold a lower id.
+            search: Search { ray, slabs, best: None, limit: pad_up(ray.t_max), done: false },
+            at: 0,
+            top: 0,
+        })
     }
-    let (entries, names) = (&mut scratch.entries[..], &mut scratch.names[..]);
-    let mut top = 0;
-    let mut at = 0u32;
-    loop {
+
+    /// Looks at one node or leaf; whether the search is at its end then.
+    #[inline(always)]
+    fn step<const W: usize, O: Push<W, P>, Q: Pack<BLOCK>, D: Pack64, G: Goal, Pr: TraceProbe>(
+        &mut self,
+        wide: &WideBvh<W>,
+        stack: &mut Stack,
+        probe: &mut Pr,
+    ) -> bool
+    where
+        P: Pack<W>,
+    {
         probe.node();
-        if at & LEAF == 0 {
+        if self.at & LEAF == 0 {
             // SAFETY: children that are no leaves are places in `nodes`, see `WideBvh::new`.
-            let node = unsafe { wide.nodes.get_unchecked(at as usize) };
+            let node = unsafe { wide.nodes.get_unchecked(self.at as usize) };
             (0..node.count()).for_each(|_| probe.box_test());
-            let (entry, exit) = boxes.interval(node, P::splat(search.limit));
-            let order = node.order[octant];
+            let (entry, exit) = self.boxes.interval(node, P::splat(self.search.limit));
             // SAFETY: `most_open` has room for all children of a node behind what a search has open.
-            let (entries, names) = unsafe {
-                (
-                    &mut *entries.as_mut_ptr().add(top).cast::<[f32; W]>(),
-                    &mut *names.as_mut_ptr().add(top).cast::<[u32; W]>(),
-                )
-            };
-            let (pushed, nearest) = O::push(entry, exit, &node.child, order, entries, names);
-            top += pushed;
+            let (entries, names) = unsafe { stack.room_behind(self.top) };
+            let (pushed, nearest) = O::push(entry, exit, &node.child, node.order[self.octant], entries, names);
+            self.top += pushed;
             if nearest != NONE {
-                at = nearest;
-                continue;
+                self.at = nearest;
+                return false;
             }
         } else {
-            let mut index = (at & !LEAF) as usize;
+            let mut index = (self.at & !LEAF) as usize;
             loop {
                 let block = &wide.blocks[index];
                 (0..block.count).for_each(|_| probe.triangle_test());
-                leaves.test::<W, Q, G>(wide, index, &mut search);
-                if search.done {
-                    return Ok(search.best);
+                self.leaves.test::<Q, D, G>(block, &mut self.search);
+                if self.search.done {
+                    return true;
                 }
                 if !block.more {
                     break;
@@ -121,16 +140,79 @@ fn search<const W: usize, P: Pack<W>, O: Push<W, P>, Q: Pack<BLOCK>, G: Goal, L:
                 index += 1;
             }
         }
-        loop {
-            if top == 0 {
-                leaves.settle(wide, &mut search);
-                return Ok(search.best);
+        while self.top > 0 {
+            self.top -= 1;
+            if stack.entries[self.top] <= self.search.limit {
+                self.at = stack.names[self.top];
+                return false;
             }
-            top -= 1;
-            if entries[top] <= search.limit {
-                at = names[top];
+        }
+        true
+    }
+}
+
+#[inline(always)]
+fn search<const W: usize, P: Pack<W>, O: Push<W, P>, Q: Pack<BLOCK>, D: Pack64, G: Goal, L: Leaves, Pr: TraceProbe>(
+    wide: &WideBvh<W>,
+    ray: &Ray,
+    scratch: &mut Scratch,
+    probe: &mut Pr,
+) -> Result<Option<Hit>, OutOfRange> {
+    let mut flight = Flight::<P, L>::new(wide, ray)?;
+    let [mut stack] = scratch.stacks(wide.most_open);
+    while !flight.step::<W, O, Q, D, G, Pr>(wide, &mut stack, probe) {}
+    Ok(flight.search.best)
+}
+
+/// Rays of [`search_all`] that are on their way at once. While one waits for memory, or for the end of a chain of
+/// instructions that each need the last one's result, the processor goes on with another.
+const IN_FLIGHT: usize = 2;
+
+/// The answers to `rays`, those of [`search`], and which rays are [`OutOfRange`].
+#[inline(always)]
+fn search_all<
+    const W: usize,
+    P: Pack<W>,
+    O: Push<W, P>,
+    Q: Pack<BLOCK>,
+    D: Pack64,
+    G: Goal,
+    L: Leaves,
+    Pr: TraceProbe,
+>(
+    wide: &WideBvh<W>,
+    rays: &[Ray],
+    answers: &mut [HitRecord],
+    scratch: &mut Scratch,
+    probe: &mut Pr,
+) -> Vec<usize> {
+    let mut out_of_range = Vec::new();
+    let mut stacks = scratch.stacks::<IN_FLIGHT>(wide.most_open);
+    let mut waiting = rays.iter().zip(answers).enumerate();
+    let mut flights: [Option<(Flight<P, L>, &mut HitRecord)>; IN_FLIGHT] = [const { None }; IN_FLIGHT];
+    loop {
+        let mut flying = false;
+        for (flight, stack) in flights.iter_mut().zip(&mut stacks) {
+            if let Some((ray, answer)) = flight {
+                if !ray.step::<W, O, Q, D, G, Pr>(wide, stack, probe) {
+                    flying = true;
+                    continue;
+                }
+                **answer = ray.search.best.into();
+                *flight = None;
+            }
+            for (place, (ray, answer)) in waiting.by_ref() {
+                let Ok(ray) = Flight::new(wide, ray) else {
+                    out_of_range.push(place);
+                    continue;
+                };
+                *flight = Some((ray, answer));
+                flying = true;
                 break;
             }
+        }
+        if !flying {
+            return out_of_range;
         }
     }
 }
@@ -154,12 +236,28 @@ where
     <Instructions as For<W>>::search::<G, L, Pr>(level, wide, ray, scratch, probe)
 }
 
+/// Many searches by the instructions of `level`: one answer a ray, in `answers`. Returns the places of rays that are
+/// [`OutOfRange`] and have none.
+pub(in crate::trace) fn wide_hits<const W: usize, G: Goal, L: Leaves, Pr: TraceProbe>(
+    level: Simd,
+    wide: &WideBvh<W>,
+    rays: &[Ray],
+    answers: &mut [HitRecord],
+    scratch: &mut Scratch,
+    probe: &mut Pr,
+) -> Vec<usize>
+where
+    Instructions: For<W>,
+{
+    <Instructions as For<W>>::search_all::<G, L, Pr>(level, wide, rays, answers, scratch, probe)
+}
+
 /// The sets of instructions that there are for a width.
 pub(in crate::trace) struct Instructions;
 
 /// A width that kernels are made for.
 pub(in crate::trace) trait For<const W: usize> {
-    /// The search, by `level`.
+    /// [`wide_hit`].
     fn search<G: Goal, L: Leaves, Pr: TraceProbe>(
         level: Simd,
         wide: &WideBvh<W>,
@@ -167,60 +265,84 @@ pub(in crate::trace) trait For<const W: usize> {
         scratch: &mut Scratch,
         probe: &mut Pr,
     ) -> Result<Option<Hit>, OutOfRange>;
+
+    /// [`wide_hits`].
+    fn search_all<G: Goal, L: Leaves, Pr: TraceProbe>(
+        level: Simd,
+        wide: &WideBvh<W>,
+        rays: &[Ray],
+        answers: &mut [HitRecord],
+        scratch: &mut Scratch,
+        probe: &mut Pr,
+    ) -> Vec<usize>;
 }
 
 #[cfg(target_arch = "x86_64")]
 use super::pack::{Avx, Sse, TwoSse};
+#[cfg(target_arch = "x86_64")]
+use super::pack64::{Avx64, TwoSse64};
 
-impl For<4> for Instructions {
-    #[inline]
-    fn search<G: Goal, L: Leaves, Pr: TraceProbe>(
-        level: Simd,
-        wide: &WideBvh<4>,
-        ray: &Ray,
-        scratch: &mut Scratch,
-        probe: &mut Pr,
-    ) -> Result<Option<Hit>, OutOfRange> {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if level >= Simd::Avx2 {
-                // SAFETY: the level says that AVX2 is there.
-                return unsafe { search_avx2::<4, Sse, G, L, Pr>(wide, ray, scratch, probe) };
+/// `For<$width>`, by packs for AVX2, for the x86-64 baseline, and for other processors.
+macro_rules! instructions {
+    ($width:literal, $avx:ty, $sse:ty) => {
+        impl For<$width> for Instructions {
+            #[inline]
+            fn search<G: Goal, L: Leaves, Pr: TraceProbe>(
+                level: Simd,
+                wide: &WideBvh<$width>,
+                ray: &Ray,
+                scratch: &mut Scratch,
+                probe: &mut Pr,
+            ) -> Result<Option<Hit>, OutOfRange> {
+                #[cfg(target_arch = "x86_64")]
+                {
+                    if level >= Simd::Avx2 {
+                        // SAFETY: the level says that AVX2 is there.
+                        return unsafe { search_avx2::<$width, $avx, G, L, Pr>(wide, ray, scratch, probe) };
+                    }
+                    search::<$width, $sse, ByEach, Sse, TwoSse64, G, L, Pr>(wide, ray, scratch, probe)
+                }
+                #[cfg(not(target_arch = "x86_64"))]
+                {
+                    let _ = level;
+                    search::<$width, Portable<$width>, ByEach, Portable<4>, Portable64, G, L, Pr>(
+                        wide, ray, scratch, probe,
+                    )
+                }
             }
-            search::<4, Sse, ByEach, Sse, G, L, Pr>(wide, ray, scratch, probe)
+
+            fn search_all<G: Goal, L: Leaves, Pr: TraceProbe>(
+                level: Simd,
+                wide: &WideBvh<$width>,
+                rays: &[Ray],
+                answers: &mut [HitRecord],
+                scratch: &mut Scratch,
+                probe: &mut Pr,
+            ) -> Vec<usize> {
+                #[cfg(target_arch = "x86_64")]
+                {
+                    if level >= Simd::Avx2 {
+                        // SAFETY: the level says that AVX2 is there.
+                        return unsafe {
+                            search_all_avx2::<$width, $avx, G, L, Pr>(wide, rays, answers, scratch, probe)
+                        };
+                    }
+                    search_all::<$width, $sse, ByEach, Sse, TwoSse64, G, L, Pr>(wide, rays, answers, scratch, probe)
+                }
+                #[cfg(not(target_arch = "x86_64"))]
+                {
+                    let _ = level;
+                    search_all::<$width, Portable<$width>, ByEach, Portable<4>, Portable64, G, L, Pr>(
+                        wide, rays, answers, scratch, probe,
+                    )
+                }
+            }
         }
-        #[cfg(not(target_arch = "x86_64"))]
-        {
-            let _ = level;
-            search::<4, Portable<4>, ByEach, Portable<4>, G, L, Pr>(wide, ray, scratch, probe)
-        }
-    }
+    };
 }
 
-impl For<8> for Instructions {
-    #[inline]
-    fn search<G: Goal, L: Leaves, Pr: TraceProbe>(
-        level: Simd,
-        wide: &WideBvh<8>,
-        ray: &Ray,
-        scratch: &mut Scratch,
-        probe: &mut Pr,
-    ) -> Result<Option<Hit>, OutOfRange> {
-        #[cfg(target_arch = "x86_64")]
-        {
-            if level >= Simd::Avx2 {
-                // SAFETY: the level says that AVX2 is there.
-                return unsafe { search_avx2::<8, Avx, G, L, Pr>(wide, ray, scratch, probe) };
-            }
-            search::<8, TwoSse, ByEach, Sse, G, L, Pr>(wide, ray, scratch, probe)
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        {
-            let _ = level;
-            search::<8, Portable<8>, ByEach, Portable<4>, G, L, Pr>(wide, ray, scratch, probe)
-        }
-    }
-}
+instructions!(4, Sse, Sse);
+instructions!(8, Avx, TwoSse);
 
 /// # Safety
 /// The processor is of level [`Simd::Avx2`].
@@ -235,7 +357,24 @@ unsafe fn search_avx2<const W: usize, P: Pack<W>, G: Goal, L: Leaves, Pr: TraceP
 where
     ByPermutation: Push<W, P>,
 {
-    search::<W, P, ByPermutation, Sse, G, L, Pr>(wide, ray, scratch, probe)
+    search::<W, P, ByPermutation, Sse, Avx64, G, L, Pr>(wide, ray, scratch, probe)
+}
+
+/// # Safety
+/// The processor is of level [`Simd::Avx2`].
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn search_all_avx2<const W: usize, P: Pack<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
+    wide: &WideBvh<W>,
+    rays: &[Ray],
+    answers: &mut [HitRecord],
+    scratch: &mut Scratch,
+    probe: &mut Pr,
+) -> Vec<usize>
+where
+    ByPermutation: Push<W, P>,
+{
+    search_all::<W, P, ByPermutation, Sse, Avx64, G, L, Pr>(wide, rays, answers, scratch, probe)
 }
 
 /// The scalar twin, for tests.
@@ -246,5 +385,5 @@ pub(super) fn twin<const W: usize, G: Goal, L: Leaves, Pr: TraceProbe>(
     scratch: &mut Scratch,
     probe: &mut Pr,
 ) -> Result<Option<Hit>, OutOfRange> {
-    search::<W, Portable<W>, ByEach, Portable<4>, G, L, Pr>(wide, ray, scratch, probe)
+    search::<W, Portable<W>, ByEach, Portable<4>, Portable64, G, L, Pr>(wide, ray, scratch, probe)
 }

@@ -1,16 +1,17 @@
 //! The wide kernels against brute force, against their scalar twin, and at every set of instructions.
 
-use super::pack::Pack;
 use super::search::twin;
 use super::{Fast, Watertight, WideBvh};
 use crate::bvh::Bvh;
 use crate::bvh::testing::{Random, boxes, random_tree, soup};
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
 use crate::simd::Simd;
-use crate::trace::closest::{Any, Closest};
+use crate::trace::closest::{Any, Closest, accepted};
 use crate::trace::slab::Slabs;
 use crate::trace::testing::{any_ray, grid_ray, grid_soup, median_split, sphere};
-use crate::trace::{Kernel, Query, Scratch, TraceCounters, Tracer, Width, brute_force};
+use crate::trace::{
+    HitRecord, KERNELS, Kernel, Query, Scratch, TraceCounters, Tracer, Width, brute_force, leave_surface,
+};
 use glam::Vec3;
 use proptest::prelude::*;
 
@@ -158,44 +159,95 @@ fn there_are_hits_to_be_compared() {
     assert!(check(5, &triangles, &edge_rays(&triangles, 7, 200, 3.0)) > 60);
 }
 
+/// Tests every block alone, and holds what is found to the test of one triangle in its own box.
+fn check_blocks(wide: &WideBvh<8>, ray: &Ray, counts: &mut Counts) {
+    let slabs = Slabs::within(ray, wide.reach, Slabs::LIMIT).unwrap();
+    let exact = WatertightRay::new(ray);
+    for block in &wide.blocks {
+        let found = super::watertight::test::<super::pack64::Portable64>(&exact, ray, block);
+        assert_eq!((found.surely | found.perhaps) >> block.count, 0);
+        assert_eq!(found.surely & found.perhaps, 0);
+        for lane in 0..block.count as usize {
+            let alone = accepted(&exact, slabs, ray, &block.triangle(lane));
+            counts.hits += usize::from(alone.is_some());
+            if found.perhaps >> lane & 1 == 1 {
+                counts.perhaps += 1;
+                continue;
+            }
+            let t = (found.surely >> lane & 1 == 1).then_some(found.t[lane]);
+            assert_eq!(t.map(f32::to_bits), alone.map(f32::to_bits), "{ray:?} {:?}", block.triangle(lane));
+        }
+    }
+}
+
+#[derive(Default)]
+struct Counts {
+    hits: usize,
+    perhaps: usize,
+}
+
 #[test]
-fn a_filter_that_passes_little_never_leaves_out_a_hit_and_is_right_where_it_is_sure() {
-    // Counted by the exact tests that it lets through, over closed spheres seen from outside.
-    let triangles = sphere(Vec3::ZERO, 1.0, 64);
-    let bvh = median_split(&triangles, 8);
-    let wide = WideBvh::<8>::new(&bvh, &triangles);
-    let mut random = Random(3);
-    let (mut passed, mut hit, mut sure, mut tested) = (0, 0, 0, 0);
-    for _ in 0..2000 {
-        let origin = (random.point(2.0) - 1.0).normalize() * 3.0;
-        let ray = Ray::new(origin, random.point(1.2) - 0.6 - origin);
-        let slabs = Slabs::new(&ray, &bvh.root().aabb).unwrap();
-        let filter = super::filter::FilterRay::new(&ray, &slabs, wide.reach);
-        let exact = WatertightRay::new(&ray);
-        for block in &wide.blocks {
-            let sides = filter.sides::<super::pack::Portable<4>>(block);
-            let candidates = sides.candidates(block);
-            let bounds = filter.bounds(&sides);
-            let (mut least, mut most) = ([0.0; 4], [0.0; 4]);
-            bounds.least.store(&mut least);
-            bounds.most.store(&mut most);
-            for lane in 0..block.count as usize {
-                let meets = exact.meets(&block.triangle(lane));
-                let passes = candidates >> lane & 1 == 1;
-                assert!(passes || meets.is_none(), "{ray:?}");
-                if bounds.sure >> lane & 1 == 1 {
-                    let t = meets.expect("f32 was sure");
-                    assert_eq!(t.to_bits(), exact.meets_surely(&block.triangle(lane)).to_bits());
-                    assert!(least[lane] <= t && t <= most[lane], "{} {t} {}", least[lane], most[lane]);
-                    assert!(most[lane] - least[lane] < 1e-2 * t, "{} {}", least[lane], most[lane]);
-                    sure += 1;
-                }
-                (passed, hit, tested) = (passed + u32::from(passes), hit + u32::from(meets.is_some()), tested + 1);
+fn four_at_once_are_right_where_they_are_sure_and_mostly_sure() {
+    for (scale, offset) in
+        [(1.0, Vec3::ZERO), (1e-20, Vec3::ZERO), (1e15, Vec3::ZERO), (1.0, Vec3::new(4e4, -7e3, 2e5))]
+    {
+        let triangles = sphere(offset, scale, 32);
+        let wide = WideBvh::<8>::new(&median_split(&triangles, 8), &triangles);
+        let mut random = Random(3);
+        let (mut far, mut left) = (Counts::default(), Counts::default());
+        for _ in 0..300 {
+            let direction = (random.point(2.0) - 1.0).normalize();
+            let from = direction * 3.0 * scale + offset;
+            let ray = Ray::new(from, random.point(1.2 * scale) - 0.6 * scale + offset - from);
+            check_blocks(&wide, &ray, &mut far);
+            // From a triangle just hit, back to where the ray came from.
+            if let Some(hit) = brute_force::<WatertightRay>(&triangles, &ray) {
+                let start = leave_surface(&ray, &hit, &triangles[hit.triangle as usize]);
+                check_blocks(&wide, &Ray::new(start, from - start), &mut left);
+            }
+        }
+        assert!(far.hits > 300 && far.perhaps < far.hits / 20, "{} of {}", far.perhaps, far.hits);
+        assert!(left.perhaps < 15, "{}", left.perhaps);
+    }
+}
+
+proptest! {
+    #[test]
+    fn four_at_once_are_right_about_needles_and_planes(seed: u64) {
+        let mut random = Random(seed);
+        let triangles = grid_soup(seed, 40);
+        let wide = WideBvh::<8>::new(&median_split(&triangles, 8), &triangles);
+        for _ in 0..20 {
+            let ray = grid_ray(&mut random);
+            if ray.is_traceable() && Slabs::within(&ray, wide.reach, Slabs::LIMIT).is_some() {
+                check_blocks(&wide, &ray, &mut Counts::default());
             }
         }
     }
-    assert!(hit > 2000 && passed < hit + tested / 1000, "{passed} of {tested} pass for {hit} hits");
-    assert!(sure > hit * 9 / 10, "{sure} of {hit}");
+
+    #[test]
+    fn many_at_once_are_answered_as_one_by_one(seed: u64, few in 0usize..5) {
+        let mut random = Random(seed);
+        let triangles = soup(seed, 60, 0.4);
+        let bvh = median_split(&triangles, 2);
+        let far = Ray::new(Vec3::splat(1e38), Vec3::NEG_ONE);
+        let none = Ray::new(Vec3::ZERO, Vec3::ZERO);
+        let mut rays: Vec<Ray> = (0..few * 7).map(|_| any_ray(&mut random)).collect();
+        rays.extend([far, none, any_ray(&mut random), far]);
+        for info in KERNELS {
+            let tracer = Tracer::new(info.kernel, &bvh, &triangles);
+            for (level, query) in Simd::available().flat_map(|l| [(l, Query::Closest), (l, Query::Any)]) {
+                let tracer = tracer.clone().at_level(level);
+                let (mut one, mut all) = (TraceCounters::default(), TraceCounters::default());
+                let mut answers = vec![HitRecord::MISS; rays.len()];
+                let scratch = &mut Scratch::default();
+                let expected: Vec<HitRecord> =
+                    rays.iter().map(|ray| tracer.trace(query, ray, scratch, &mut one).into()).collect();
+                tracer.trace_all(query, &rays, &mut answers, scratch, &mut all);
+                prop_assert_eq!((&answers, all), (&expected, one), "{} {:?}", info.id, level);
+            }
+        }
+    }
 }
 
 #[test]
