@@ -43,6 +43,12 @@ pub fn compare(
     found
 }
 
+/// Holds answers that are yes or no against the reference's; where rays pass is not told.
+pub fn compare_occlusion(expected: &[HitRecord], hits: &[HitRecord]) -> Difference {
+    let elsewhere = expected.iter().zip(hits).filter(|(expected, hit)| expected.is_hit() != hit.is_hit()).count();
+    Difference { at_edges: 0, elsewhere }
+}
+
 /// Whether the ray at `t` is near an edge of the triangle, or beyond it.
 fn at_edge(triangle: &Triangle, ray: &Ray, t: f32) -> bool {
     let [a, b, c] = triangle.v.map(|p| p.as_dvec3());

@@ -6,7 +6,7 @@ use bvh_crate::aabb::{Aabb as OwnAabb, Bounded};
 use bvh_crate::bounding_hierarchy::{BHShape, BoundingHierarchy};
 use bvh_crate::bvh::{Bvh, BvhNode};
 use bvh_lab::geom::{Aabb, Ray, Triangle};
-use bvh_lab::trace::HitRecord;
+use bvh_lab::trace::{HitRecord, Query};
 use nalgebra::{Point3, Vector3};
 
 struct SvenstaroBvh;
@@ -105,13 +105,13 @@ impl Built for Tree<'_> {
         }))
     }
 
-    fn traversals(&self) -> Vec<&'static str> {
-        vec!["nearest_child_traverse_iterator"]
+    fn traversals(&self, query: Query) -> Vec<&'static str> {
+        if query == Query::Closest { vec!["nearest_child_traverse_iterator"] } else { Vec::new() }
     }
 
     /// The library's iterator brings leaves roughly front to back and knows nothing of hits, so all that the ray's line
     /// meets are tested. Its own triangle test passes through triangles seen from behind: the laboratory's is used.
-    fn trace(&self, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
+    fn trace(&self, _query: Query, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
         for (ray, record) in rays.iter().zip(hits) {
             let origin = Point3::new(ray.origin.x, ray.origin.y, ray.origin.z);
             let direction = Vector3::new(ray.direction.x, ray.direction.y, ray.direction.z);

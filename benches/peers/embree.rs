@@ -8,7 +8,7 @@ mod ffi;
 use crate::subject::{Built, Prepared, Subject};
 use crate::tree::{Opened, PeerTree};
 use bvh_lab::geom::{Aabb, Ray, Triangle};
-use bvh_lab::trace::HitRecord;
+use bvh_lab::trace::{HitRecord, Query};
 use ffi::{Api, BuildArguments, BuildPrimitive, Device, Hit, IntersectContext, Quality, RayHit};
 use std::ffi::{c_uint, c_void};
 use std::ptr::null_mut;
@@ -316,14 +316,21 @@ impl Built for Scene<'_> {
         None
     }
 
-    fn traversals(&self) -> Vec<&'static str> {
-        vec!["rtcIntersect1"]
+    fn traversals(&self, query: Query) -> Vec<&'static str> {
+        vec![if query == Query::Closest { "rtcIntersect1" } else { "rtcOccluded1" }]
     }
 
-    fn trace(&self, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
+    fn trace(&self, query: Query, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
         let mut context = IntersectContext::incoherent();
         for (ray, record) in rays.iter().zip(hits) {
             let mut own = RayHit::new(ray);
+            if query == Query::Any {
+                // SAFETY: as below.
+                unsafe { (self.api.occluded1)(self.scene, &mut context, &mut own) };
+                let hit = own.t_far == f32::NEG_INFINITY;
+                *record = if hit { HitRecord { triangle: 0, t: 0.0 } } else { HitRecord::MISS };
+                continue;
+            }
             // SAFETY: the scene is committed; both structures are as rtcIntersect1 wants them, aligned to 16.
             unsafe { (self.api.intersect1)(self.scene, &mut context, &mut own) };
             *record = if own.hit.geometry == Hit::NONE {

@@ -21,7 +21,7 @@ use builds::Effort;
 use bvh_lab::geom::Ray;
 use bvh_lab::lab;
 use bvh_lab::scene::Scene;
-use bvh_lab::trace::{Batch, HitRecord, Kernel, Query, Tracer, diffuse_rays, primary_rays, trace_batch};
+use bvh_lab::trace::{Batch, HitRecord, Kernel, Query, Tracer, diffuse_rays, primary_rays, shadow_rays, trace_batch};
 use clap::{Parser, ValueEnum};
 use ours::Recipe;
 use rows::{BuildRow, Origin, TraceRow};
@@ -159,7 +159,7 @@ fn pool(threads: usize) -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError
     rayon::ThreadPoolBuilder::new().num_threads(threads).build()
 }
 
-/// Primary and diffuse rays of unit length with the laboratory's exact answers.
+/// Primary, diffuse and shadow rays of unit length with the laboratory's exact answers.
 fn ray_sets(scene: &Scene) -> Result<Vec<RaySet>, String> {
     let reference: Recipe = REFERENCE.parse()?;
     let bvh = reference.tree(&scene.triangles)?;
@@ -168,13 +168,23 @@ fn ray_sets(scene: &Scene) -> Result<Vec<RaySet>, String> {
     };
     let primary = unit(primary_rays(&scene.camera, PICTURE, PICTURE));
     let diffuse = unit(diffuse_rays(&bvh, &scene.triangles, &primary, SEED));
-    let answered = |(name, rays): (&'static str, Vec<Ray>)| {
+    // Length 1 up to the light: so t ends there.
+    let shadow = shadow_rays(&bvh, &scene.triangles, &primary, SEED).into_iter().map(|ray| {
+        let length = ray.direction.length();
+        Ray { direction: ray.direction / length, t_max: ray.t_max * length, ..ray }
+    });
+    let answered = |(name, query, rays): (&'static str, Query, Vec<Ray>)| {
         let mut expected = vec![HitRecord::MISS; rays.len()];
         let tracer = Tracer::new(Kernel::Scalar, &bvh, &scene.triangles);
-        trace_batch(&Batch { tracer: &tracer, query: Query::Closest, rays: &rays }, &mut expected);
-        RaySet { name, rays, expected }
+        trace_batch(&Batch { tracer: &tracer, query, rays: &rays }, &mut expected);
+        RaySet { name, query, rays, expected }
     };
-    Ok([("primary", primary), ("diffuse", diffuse)].into_iter().map(answered).collect())
+    let sets = [
+        ("primary", Query::Closest, primary),
+        ("diffuse", Query::Closest, diffuse),
+        ("shadow", Query::Any, shadow.collect()),
+    ];
+    Ok(sets.into_iter().map(answered).collect())
 }
 
 /// The builder of the tree that the reference's answers come from; they are those of brute force, whatever the tree.

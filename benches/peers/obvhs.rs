@@ -3,7 +3,7 @@
 use crate::subject::{Built, Prepared, Subject};
 use crate::tree::{Opened, PeerTree};
 use bvh_lab::geom::{Aabb, Ray, Triangle};
-use bvh_lab::trace::HitRecord;
+use bvh_lab::trace::{HitRecord, Query};
 use obvhs::BvhBuildParams;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2_from_tris};
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh_from_tris};
@@ -134,11 +134,11 @@ impl Built for Binary<'_> {
         }))
     }
 
-    fn traversals(&self) -> Vec<&'static str> {
-        vec!["bvh2"]
+    fn traversals(&self, query: Query) -> Vec<&'static str> {
+        if query == Query::Closest { vec!["bvh2"] } else { Vec::new() }
     }
 
-    fn trace(&self, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
+    fn trace(&self, _query: Query, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
         let ids = &self.bvh.primitive_indices;
         for (ray, record) in rays.iter().zip(hits) {
             let mut hit = RayHit::none();
@@ -156,11 +156,11 @@ impl Built for Wide<'_> {
         None
     }
 
-    fn traversals(&self) -> Vec<&'static str> {
-        vec!["cwbvh"]
+    fn traversals(&self, query: Query) -> Vec<&'static str> {
+        if query == Query::Closest { vec!["cwbvh"] } else { Vec::new() }
     }
 
-    fn trace(&self, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
+    fn trace(&self, _query: Query, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
         let ids = &self.bvh.primitive_indices;
         for (ray, record) in rays.iter().zip(hits) {
             let mut hit = RayHit::none();

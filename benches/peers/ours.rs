@@ -120,22 +120,19 @@ impl Built for OurTree<'_> {
         Some(PeerTree::own(self.bvh.clone()))
     }
 
-    fn traversals(&self) -> Vec<&'static str> {
+    fn traversals(&self, _query: Query) -> Vec<&'static str> {
         KERNELS.to_vec()
     }
 
-    fn trace(&self, traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
-        self.tracer(traversal)(rays, hits);
+    fn trace(&self, query: Query, traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
+        self.tracer(query, traversal)(rays, hits);
     }
 
-    fn tracer(&self, traversal: usize) -> Box<dyn Fn(&[Ray], &mut [HitRecord]) + '_> {
+    fn tracer(&self, query: Query, traversal: usize) -> Box<dyn Fn(&[Ray], &mut [HitRecord]) + '_> {
         let kernel = Kernel::from_id(KERNELS[traversal]).expect("kernels named here are registered");
         let tracer = Tracer::new(kernel, &self.bvh, self.triangles);
         Box::new(move |rays, hits| {
-            let mut scratch = Scratch::default();
-            for (ray, hit) in rays.iter().zip(hits) {
-                *hit = tracer.trace(Query::Closest, ray, &mut scratch, &mut ()).into();
-            }
+            tracer.trace_all(query, rays, hits, &mut Scratch::default(), &mut ());
         })
     }
 }

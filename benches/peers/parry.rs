@@ -3,7 +3,7 @@
 use crate::subject::{Built, Prepared, Subject};
 use crate::tree::{Opened, PeerTree};
 use bvh_lab::geom::{Aabb, Ray, Triangle};
-use bvh_lab::trace::HitRecord;
+use bvh_lab::trace::{HitRecord, Query};
 use parry3d::bounding_volume::Aabb as OwnAabb;
 use parry3d::math::Vector;
 use parry3d::partitioning::{Bvh, BvhBuildStrategy, BvhNodeIndex, TraversalAction};
@@ -108,11 +108,11 @@ impl Built for Tree<'_> {
         })
     }
 
-    fn traversals(&self) -> Vec<&'static str> {
-        vec!["cast_ray"]
+    fn traversals(&self, query: Query) -> Vec<&'static str> {
+        if query == Query::Closest { vec!["cast_ray"] } else { Vec::new() }
     }
 
-    fn trace(&self, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
+    fn trace(&self, _query: Query, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
         for (ray, record) in rays.iter().zip(hits) {
             let own = parry3d::query::Ray::new(vector(ray.origin), vector(ray.direction));
             let hit = self.bvh.cast_ray(&own, ray.t_max, |triangle, best| {

@@ -2,7 +2,7 @@
 
 use crate::tree::PeerTree;
 use bvh_lab::geom::{Ray, Triangle};
-use bvh_lab::trace::HitRecord;
+use bvh_lab::trace::{HitRecord, Query};
 
 /// A library with one setting of its builder.
 pub trait Subject: Sync {
@@ -54,16 +54,16 @@ pub trait Built {
     /// The tree in the laboratory's terms; `None` where the library shows no tree, or not a binary one.
     fn tree(&self) -> Option<PeerTree>;
 
-    /// Ways of tracing through it; none where it cannot be traced.
-    fn traversals(&self) -> Vec<&'static str> {
+    /// Ways of tracing through it; none where it cannot be traced so.
+    fn traversals(&self, _query: Query) -> Vec<&'static str> {
         Vec::new()
     }
 
-    /// The closest hit of every ray, by the traversal of this index, on the calling thread.
-    fn trace(&self, _traversal: usize, _rays: &[Ray], _hits: &mut [HitRecord]) {}
+    /// The closest hit of every ray, or whether there is one, by the traversal of this index, on the calling thread.
+    fn trace(&self, _query: Query, _traversal: usize, _rays: &[Ray], _hits: &mut [HitRecord]) {}
 
     /// The same, with everything that does not depend on rays done beforehand: not timed, as a library's own layouts are not.
-    fn tracer(&self, traversal: usize) -> Box<dyn Fn(&[Ray], &mut [HitRecord]) + '_> {
-        Box::new(move |rays, hits| self.trace(traversal, rays, hits))
+    fn tracer(&self, query: Query, traversal: usize) -> Box<dyn Fn(&[Ray], &mut [HitRecord]) + '_> {
+        Box::new(move |rays, hits| self.trace(query, traversal, rays, hits))
     }
 }

@@ -104,4 +104,17 @@ void bvh_lab_tinybvh_trace(const void* tree, const float* rays, uint32_t count, 
     }
 }
 
+// Whether a ray meets anything before its greatest t: id 0 at t 0, or none.
+void bvh_lab_tinybvh_occluded(const void* tree, const float* rays, uint32_t count, uint32_t* hits) {
+    const Tree& self = *(const Tree*)tree;
+    for (uint32_t i = 0; i < count; i++, rays += 8, hits += 2) {
+        const float far = rays[7] < BVH_FAR ? rays[7] : BVH_FAR;
+        Ray ray(bvhvec3(rays[0], rays[1], rays[2]), bvhvec3(rays[4], rays[5], rays[6]), far);
+        const bool hit = self.wide ? self.wide->IsOccluded(ray) : self.binary.IsOccluded(ray);
+        hits[0] = hit ? 0 : 0xffffffffu;
+        const float t = hit ? 0 : INFINITY;
+        memcpy(hits + 1, &t, 4);
+    }
+}
+
 }

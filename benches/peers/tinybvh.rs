@@ -3,7 +3,7 @@
 use crate::subject::{Built, Prepared, Subject};
 use crate::tree::{Opened, PeerTree};
 use bvh_lab::geom::{Aabb, Ray, Triangle};
-use bvh_lab::trace::HitRecord;
+use bvh_lab::trace::{HitRecord, Query};
 use std::ffi::{CStr, c_char, c_void};
 use std::marker::PhantomData;
 use tinybvh_rs::bvh::{BVH, Node};
@@ -19,6 +19,7 @@ unsafe extern "C" {
     fn bvh_lab_tinybvh_nodes(tree: *const c_void, count: *mut u32) -> *const Node;
     fn bvh_lab_tinybvh_indices(tree: *const c_void, count: *mut u32) -> *const u32;
     fn bvh_lab_tinybvh_trace(tree: *const c_void, rays: *const f32, count: u32, hits: *mut u32);
+    fn bvh_lab_tinybvh_occluded(tree: *const c_void, rays: *const f32, count: u32, hits: *mut u32);
 }
 
 /// A builder of the header; the discriminants are those of the shim.
@@ -153,11 +154,11 @@ impl Built for ShippedTree<'_> {
         Some(convert(self.bvh.nodes(), self.bvh.indices()))
     }
 
-    fn traversals(&self) -> Vec<&'static str> {
-        vec!["BVH"]
+    fn traversals(&self, query: Query) -> Vec<&'static str> {
+        if query == Query::Closest { vec!["BVH"] } else { Vec::new() }
     }
 
-    fn trace(&self, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
+    fn trace(&self, _query: Query, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
         for (ray, record) in rays.iter().zip(hits) {
             let mut own = AlignedRay::new(ray);
             self.bvh.intersect(&mut own.0);
@@ -245,16 +246,20 @@ impl Built for ShimTree<'_> {
         Some(convert(nodes, ids))
     }
 
-    fn traversals(&self) -> Vec<&'static str> {
+    fn traversals(&self, _query: Query) -> Vec<&'static str> {
         vec![if self.wide { "BVH8_CPU" } else { "BVH" }]
     }
 
-    fn trace(&self, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
+    fn trace(&self, query: Query, _traversal: usize, rays: &[Ray], hits: &mut [HitRecord]) {
         assert!(hits.len() >= rays.len());
         let rays: &[f32] = bytemuck::cast_slice(rays);
         // SAFETY: eight floats a ray and two words a record, checked above to be as many.
         unsafe {
-            bvh_lab_tinybvh_trace(self.tree, rays.as_ptr(), (rays.len() / 8) as u32, hits.as_mut_ptr().cast());
+            let (count, hits) = ((rays.len() / 8) as u32, hits.as_mut_ptr().cast());
+            match query {
+                Query::Closest => bvh_lab_tinybvh_trace(self.tree, rays.as_ptr(), count, hits),
+                Query::Any => bvh_lab_tinybvh_occluded(self.tree, rays.as_ptr(), count, hits),
+            }
         }
     }
 }

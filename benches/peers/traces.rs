@@ -1,13 +1,13 @@
-//! The section on traces: closest hits by every library's own traversal of its own tree, checked ray by ray.
+//! The section on traces: closest and any hits by every library's own traversal of its own tree, checked ray by ray.
 
-use crate::agreement::compare;
+use crate::agreement::{compare, compare_occlusion};
 use crate::builds::Effort;
 use crate::rows::TraceRow;
 use crate::subject::{Built, Subject};
 use bvh_lab::geom::Ray;
 use bvh_lab::lab::spread;
 use bvh_lab::scene::Scene;
-use bvh_lab::trace::HitRecord;
+use bvh_lab::trace::{HitRecord, Query};
 use std::time::{Duration, Instant};
 
 /// Share of the rays that may have another answer than the reference before a cell is an error.
@@ -17,9 +17,11 @@ const TOLERATED: f64 = 1e-4;
 pub struct RaySet {
     /// What the rows call it.
     pub name: &'static str,
+    /// What is asked of them.
+    pub query: Query,
     /// The rays, of unit length.
     pub rays: Vec<Ray>,
-    /// The closest hits, by an exact kernel of the laboratory.
+    /// The answers, by an exact kernel of the laboratory.
     pub expected: Vec<HitRecord>,
 }
 
@@ -49,15 +51,18 @@ pub fn measure(scene: &Scene, sets: &[RaySet], subjects: &[&dyn Subject], effort
                 continue;
             }
         };
-        for (traversal, name) in tree.traversals().into_iter().enumerate() {
-            for set in sets {
+        for set in sets {
+            for (traversal, name) in tree.traversals(set.query).into_iter().enumerate() {
                 eprintln!("{}: {} {name}, {} rays", scene.name, subject.name(), set.name);
                 let mut row = empty_row(scene, *subject);
                 (row.traversal, row.rays, row.count) = (name.into(), set.name.into(), set.rays.len());
                 hits.clear();
                 hits.resize(set.rays.len(), HitRecord::MISS);
-                tree.trace(traversal, &set.rays, &mut hits);
-                let found = compare(&scene.triangles, &set.rays, &set.expected, &hits, size);
+                tree.trace(set.query, traversal, &set.rays, &mut hits);
+                let found = match set.query {
+                    Query::Closest => compare(&scene.triangles, &set.rays, &set.expected, &hits, size),
+                    Query::Any => compare_occlusion(&set.expected, &hits),
+                };
                 (row.differ_at_edges, row.differ_elsewhere) = (found.at_edges, found.elsewhere);
                 let differ = (found.at_edges + found.elsewhere) as f64;
                 if differ > TOLERATED * set.rays.len() as f64 {
@@ -71,7 +76,7 @@ pub fn measure(scene: &Scene, sets: &[RaySet], subjects: &[&dyn Subject], effort
         }
         trees.push(tree);
     }
-    let tracers: Vec<_> = runners.iter().map(|r| trees[r.tree].tracer(r.traversal)).collect();
+    let tracers: Vec<_> = runners.iter().map(|r| trees[r.tree].tracer(r.set.query, r.traversal)).collect();
     for _ in 0..effort.repeats {
         for (runner, trace) in runners.iter_mut().zip(&tracers).filter(|(r, _)| r.spent < effort.enough) {
             hits.resize(runner.set.rays.len(), HitRecord::MISS);

@@ -185,6 +185,8 @@ api! {
     attach_geometry = b"rtcAttachGeometry": unsafe extern "C" fn(Handle, Handle) -> c_uint;
     release_geometry = b"rtcReleaseGeometry": unsafe extern "C" fn(Handle);
     intersect1 = b"rtcIntersect1": unsafe extern "C" fn(Handle, *mut IntersectContext, *mut RayHit);
+    // Its ray is the front part of a `RayHit`.
+    occluded1 = b"rtcOccluded1": unsafe extern "C" fn(Handle, *mut IntersectContext, *mut RayHit);
     new_bvh = b"rtcNewBVH": unsafe extern "C" fn(Handle) -> Handle;
     build_bvh = b"rtcBuildBVH": unsafe extern "C" fn(*const BuildArguments) -> *mut c_void;
     alloc = b"rtcThreadLocalAlloc": unsafe extern "C" fn(*mut c_void, usize, usize) -> *mut c_void;
