@@ -26,7 +26,7 @@ use crate::trace::slab::{Slabs, pad_up};
 
 /// Adds every hit to `hits`, in the order of the layout, a triangle as often as it stands in leaves.
 #[inline(always)]
-fn gather<const W: usize, P: Pack<W>, D: Pack64, L: Leaves, Pr: TraceProbe>(
+fn gather<const W: usize, P: Pack<W>, Q: Pack<BLOCK>, D: Pack64, L: Leaves, Pr: TraceProbe>(
     wide: &WideBvh<W>,
     ray: &Ray,
     slabs: &Slabs,
@@ -58,7 +58,7 @@ fn gather<const W: usize, P: Pack<W>, D: Pack64, L: Leaves, Pr: TraceProbe>(
             let block = &wide.blocks[index];
             (0..block.count).for_each(|_| probe.triangle_test());
             let (mut lanes, surely, known) = if L::WATERTIGHT {
-                let found = watertight::test::<D>(&exact, ray, block);
+                let found = watertight::test::<Q, D>(&exact, ray, block);
                 (found.surely | found.perhaps, found.surely, found.t)
             } else {
                 ((1 << block.count) - 1, 0, [0.0; BLOCK])
@@ -93,9 +93,9 @@ pub(in crate::trace) fn all_by_four<L: Leaves, Pr: TraceProbe>(
     hits: &mut Vec<Hit>,
 ) {
     #[cfg(target_arch = "x86_64")]
-    gather::<4, Sse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+    gather::<4, Sse, Sse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
     #[cfg(not(target_arch = "x86_64"))]
-    gather::<4, Portable<4>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+    gather::<4, Portable<4>, Portable<4>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
 }
 
 /// Eight boxes at a time, by the instructions of `level`.
@@ -113,12 +113,12 @@ pub(in crate::trace) fn all_by_eight<L: Leaves, Pr: TraceProbe>(
         // SAFETY: the level says that AVX2 is there.
         unsafe { all_by_avx2::<L, Pr>(wide, ray, slabs, scratch, probe, hits) }
     } else {
-        gather::<8, TwoSse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+        gather::<8, TwoSse, Sse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
         let _ = level;
-        gather::<8, Portable<8>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+        gather::<8, Portable<8>, Portable<4>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
     }
 }
 
@@ -134,5 +134,5 @@ unsafe fn all_by_avx2<L: Leaves, Pr: TraceProbe>(
     probe: &mut Pr,
     hits: &mut Vec<Hit>,
 ) {
-    gather::<8, Avx, Avx64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+    gather::<8, Avx, Sse, Avx64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
 }

@@ -164,7 +164,7 @@ fn check_blocks(wide: &WideBvh<8>, ray: &Ray, counts: &mut Counts) {
     let slabs = Slabs::within(ray, wide.reach, Slabs::LIMIT).unwrap();
     let exact = WatertightRay::new(ray);
     for block in &wide.blocks {
-        let found = super::watertight::test::<super::pack64::Portable64>(&exact, ray, block);
+        let found = super::watertight::test::<super::pack::Portable<4>, super::pack64::Portable64>(&exact, ray, block);
         assert_eq!((found.surely | found.perhaps) >> block.count, 0);
         assert_eq!(found.surely & found.perhaps, 0);
         for lane in 0..block.count as usize {

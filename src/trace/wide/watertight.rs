@@ -16,6 +16,7 @@
 //! - Else the test is made again, alone, with the triangle's box.
 
 use super::layout::{BLOCK, Block};
+use super::pack::Pack;
 use super::pack64::Pack64;
 use crate::geom::{Axis, Ray, WatertightRay};
 
@@ -34,7 +35,7 @@ impl Found {
 
 /// Tests the triangles of `block`.
 #[inline(always)]
-pub(super) fn test<D: Pack64>(prepared: &WatertightRay, ray: &Ray, block: &Block) -> Found {
+pub(super) fn test<Q: Pack<BLOCK>, D: Pack64>(prepared: &WatertightRay, ray: &Ray, block: &Block) -> Found {
     let prepared = Prepared::<D>::new(prepared);
     let [a, b, c] = &block.vertices;
     let (a, b, c) = (prepared.sheared(a), prepared.sheared(b), prepared.sheared(c));
@@ -60,11 +61,9 @@ pub(super) fn test<D: Pack64>(prepared: &WatertightRay, ray: &Ray, block: &Block
     // All false for NaN.
     let well = bound.times(D::splat(power(24))).below(size);
     let signed = bound.times(D::splat(2.0)).below(size);
-    let (mut within, mut behind) = (0, 0);
-    for (lane, &t) in found.t.iter().enumerate() {
-        within |= u32::from(t >= ray.t_min && t <= ray.t_max && t <= f32::MAX) << lane;
-        behind |= u32::from(t < TINY) << lane;
-    }
+    let t = Q::load(&found.t);
+    let within = Q::splat(ray.t_min).at_most(t) & t.at_most(Q::splat(ray.t_max.min(f32::MAX)));
+    let behind = t.below(Q::splat(TINY));
     found.surely = candidates & well & within;
     found.perhaps = candidates & !well & !(signed & behind);
     found
