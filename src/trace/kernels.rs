@@ -32,6 +32,17 @@ pub enum Kernel {
         /// Triangles by Möller–Trumbore in f32 alone; else the watertight test has the last word.
         fast: bool,
     },
+    /// Eight boxes at a time, stored in fewer bits; triangles by the watertight test.
+    Quantised(Bits),
+}
+
+/// Bits of a stored box's coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bits {
+    /// 256 places an axis.
+    Eight,
+    /// 65,536 places an axis.
+    Sixteen,
 }
 
 /// How many boxes a wide kernel tests at a time.
@@ -79,6 +90,18 @@ pub const KERNELS: &[KernelInfo] = &[
         paper: "Wald, Benthin and Boulos 2008; Woop, Benthin and Wald 2013",
     },
     KernelInfo {
+        id: "bvh8-q16",
+        kernel: Kernel::Quantised(Bits::Sixteen),
+        summary: "as bvh8, hit for hit, with nodes of 192 bytes for 256: boxes in 16 bits, rounded outwards",
+        paper: "Ylitie, Karras and Laine 2017; Mahovsky and Wyvill 2006",
+    },
+    KernelInfo {
+        id: "bvh8-q8",
+        kernel: Kernel::Quantised(Bits::Eight),
+        summary: "as bvh8, hit for hit, with nodes of 128 bytes for 256: boxes in 8 bits, rounded outwards",
+        paper: "Ylitie, Karras and Laine 2017; Mahovsky and Wyvill 2006",
+    },
+    KernelInfo {
         id: "bvh4-fast",
         kernel: Kernel::Wide { width: Width::Four, fast: true },
         summary: "as bvh4 with an f32 triangle test: rays may slip between two triangles",
@@ -106,7 +129,12 @@ impl Kernel {
 
     /// Whether the kernel's answers are those of brute force with the watertight test, bit for bit.
     pub const fn is_exact(self) -> bool {
-        matches!(self, Self::Scalar | Self::Wide { fast: false, .. })
+        matches!(self, Self::Scalar | Self::Wide { fast: false, .. } | Self::Quantised(_))
+    }
+
+    /// Whether the kernel tests several boxes at a time, by a layout of its own.
+    pub const fn is_wide(self) -> bool {
+        matches!(self, Self::Wide { .. } | Self::Quantised(_))
     }
 
     /// What stands for "yes" in answers to [`Query::Any`]: triangle 0 at t = 0.

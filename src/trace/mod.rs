@@ -28,7 +28,7 @@ pub use closest::{FastTest, TriangleTest, any_hit, brute_force, closest_hit};
 pub use first_leaf::{FirstLeafOptions, first_leaf};
 pub use gather::{all_hits, brute_force_all};
 pub use hits::{HitRecord, hit_bytes, hit_hash, write_hits};
-pub use kernels::{KERNELS, Kernel, KernelInfo, Query, Width};
+pub use kernels::{Bits, KERNELS, Kernel, KernelInfo, Query, Width};
 pub use lighting::{
     ImageCounts, ImageDigest, PUBLISHED_CHAIN, Reading, StudyView, TEXT_CHAIN, run_image, run_image_parallel,
     trace_image,

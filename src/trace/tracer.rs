@@ -4,11 +4,13 @@ use super::closest::{Any, Closest, FastTest, Goal, any_hit, closest_hit};
 use super::first_leaf::first_leaf;
 use super::gather::{all_hits, in_order};
 use super::hits::HitRecord;
-use super::kernels::{Kernel, Query, Width};
+use super::kernels::{Bits, Kernel, Query, Width};
 use super::probe::TraceProbe;
 use super::scratch::Scratch;
 use super::slab::Slabs;
-use super::wide::{Fast, Leaves, OutOfRange, Watertight, WideBvh, all_by_eight, all_by_four, wide_hit, wide_hits};
+use super::wide::{
+    Fast, GridNode, Leaves, OutOfRange, Watertight, WideBvh, all_by_eight, all_by_four, wide_hit, wide_hits,
+};
 use crate::bvh::Bvh;
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
 use crate::simd::Simd;
@@ -29,6 +31,8 @@ enum Wide {
     None,
     Four(WideBvh<4>),
     Eight(WideBvh<8>),
+    InSixteenBits(WideBvh<8, GridNode<8, u16>>),
+    InEightBits(WideBvh<8, GridNode<8, u8>>),
 }
 
 impl<'a> Tracer<'a> {
@@ -41,6 +45,8 @@ impl<'a> Tracer<'a> {
         let wide = match kernel {
             Kernel::Wide { width: Width::Four, .. } => Wide::Four(WideBvh::new(bvh, triangles)),
             Kernel::Wide { width: Width::Eight, .. } => Wide::Eight(WideBvh::new(bvh, triangles)),
+            Kernel::Quantised(Bits::Sixteen) => Wide::InSixteenBits(WideBvh::<8>::new(bvh, triangles).of_nodes()),
+            Kernel::Quantised(Bits::Eight) => Wide::InEightBits(WideBvh::<8>::new(bvh, triangles).of_nodes()),
             Kernel::FirstLeaf(_) | Kernel::Scalar | Kernel::ScalarFast => Wide::None,
         };
         Self { kernel, bvh, triangles, wide, level: Simd::detect() }
@@ -78,6 +84,8 @@ impl<'a> Tracer<'a> {
             Wide::None => self.bvh.bytes(),
             Wide::Four(wide) => wide.bytes(),
             Wide::Eight(wide) => wide.bytes(),
+            Wide::InSixteenBits(wide) => wide.bytes(),
+            Wide::InEightBits(wide) => wide.bytes(),
         }
     }
 
@@ -134,8 +142,14 @@ impl<'a> Tracer<'a> {
         probe: &mut P,
     ) {
         let out_of_range = match &self.wide {
-            Wide::Four(wide) => wide_hits::<4, G, L, P>(self.level, wide, rays, answers, scratch, probe),
-            Wide::Eight(wide) => wide_hits::<8, G, L, P>(self.level, wide, rays, answers, scratch, probe),
+            Wide::Four(wide) => wide_hits::<4, _, G, L, P>(self.level, wide, rays, answers, scratch, probe),
+            Wide::Eight(wide) => wide_hits::<8, _, G, L, P>(self.level, wide, rays, answers, scratch, probe),
+            Wide::InSixteenBits(wide) => {
+                wide_hits::<8, _, G, Watertight, P>(self.level, wide, rays, answers, scratch, probe)
+            }
+            Wide::InEightBits(wide) => {
+                wide_hits::<8, _, G, Watertight, P>(self.level, wide, rays, answers, scratch, probe)
+            }
             Wide::None => (0..rays.len()).collect(),
         };
         for place in out_of_range {
@@ -157,13 +171,13 @@ impl<'a> Tracer<'a> {
             (Kernel::FirstLeaf(options), Query::Any) => {
                 first_leaf(bvh, triangles, ray, options, scratch, probe).map(|_| Kernel::SOME_HIT)
             }
-            (Kernel::Scalar | Kernel::Wide { fast: false, .. }, Query::Closest) => {
+            (Kernel::Scalar | Kernel::Wide { fast: false, .. } | Kernel::Quantised(_), Query::Closest) => {
                 closest_hit::<WatertightRay, P>(bvh, triangles, ray, scratch, probe)
             }
             (Kernel::ScalarFast | Kernel::Wide { fast: true, .. }, Query::Closest) => {
                 closest_hit::<FastTest, P>(bvh, triangles, ray, scratch, probe)
             }
-            (Kernel::Scalar | Kernel::Wide { fast: false, .. }, Query::Any) => {
+            (Kernel::Scalar | Kernel::Wide { fast: false, .. } | Kernel::Quantised(_), Query::Any) => {
                 any_hit::<WatertightRay, P>(bvh, triangles, ray, scratch, probe).then_some(Kernel::SOME_HIT)
             }
             (Kernel::ScalarFast | Kernel::Wide { fast: true, .. }, Query::Any) => {
@@ -181,16 +195,22 @@ impl<'a> Tracer<'a> {
         let (bvh, triangles) = (self.bvh, self.triangles);
         let fast = matches!(self.kernel, Kernel::ScalarFast | Kernel::Wide { fast: true, .. });
         let slabs = Slabs::new(ray, &bvh.root().aabb).filter(|_| ray.is_traceable());
-        if let (Some(slabs), Wide::Four(_) | Wide::Eight(_)) = (slabs, &self.wide) {
+        if let Some(slabs) = slabs.filter(|_| self.kernel.is_wide()) {
             hits.clear();
             match (&self.wide, fast) {
                 (Wide::Four(wide), false) => all_by_four::<Watertight, P>(wide, ray, &slabs, scratch, probe, hits),
                 (Wide::Four(wide), true) => all_by_four::<Fast, P>(wide, ray, &slabs, scratch, probe, hits),
                 (Wide::Eight(wide), false) => {
-                    all_by_eight::<Watertight, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
+                    all_by_eight::<_, Watertight, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
                 }
                 (Wide::Eight(wide), true) => {
-                    all_by_eight::<Fast, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
+                    all_by_eight::<_, Fast, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
+                }
+                (Wide::InSixteenBits(wide), _) => {
+                    all_by_eight::<_, Watertight, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
+                }
+                (Wide::InEightBits(wide), _) => {
+                    all_by_eight::<_, Watertight, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
                 }
                 (Wide::None, _) => {}
             }
@@ -211,8 +231,10 @@ impl<'a> Tracer<'a> {
         probe: &mut P,
     ) -> Option<Hit> {
         let found = match &self.wide {
-            Wide::Four(wide) => wide_hit::<4, G, L, P>(self.level, wide, ray, scratch, probe),
-            Wide::Eight(wide) => wide_hit::<8, G, L, P>(self.level, wide, ray, scratch, probe),
+            Wide::Four(wide) => wide_hit::<4, _, G, L, P>(self.level, wide, ray, scratch, probe),
+            Wide::Eight(wide) => wide_hit::<8, _, G, L, P>(self.level, wide, ray, scratch, probe),
+            Wide::InSixteenBits(wide) => wide_hit::<8, _, G, Watertight, P>(self.level, wide, ray, scratch, probe),
+            Wide::InEightBits(wide) => wide_hit::<8, _, G, Watertight, P>(self.level, wide, ray, scratch, probe),
             Wide::None => Err(OutOfRange),
         };
         match found {

@@ -110,7 +110,7 @@ pub fn judge(case: &Case, trees: &[Tree]) -> Outcome {
 fn one_kernel(case: &Case, truths: &[Truth], tree: &Tree, info: &KernelInfo) -> (Tally, Vec<String>) {
     let tracer = Tracer::new(info.kernel, &tree.bvh, &case.triangles);
     let baseline = tracer.clone().at_level(Simd::Baseline);
-    let is_wide = matches!(info.kernel, Kernel::Wide { .. });
+    let is_wide = info.kernel.is_wide();
     let mut scratch = Scratch::default();
     let mut answer = |tracer: &Tracer, ray: &Ray| {
         let mut all = Vec::new();

@@ -36,7 +36,7 @@ fn a_ray_that_misses_everything_costs_one_node() {
                 let tracer = Tracer::new(info.kernel, &bvh, &triangles);
                 assert_eq!(tracer.trace(query, &away, &mut Scratch::default(), &mut work), None);
                 // A wide kernel's root has as many children as it made of the tree's.
-                let is_wide = matches!(info.kernel, Kernel::Wide { .. });
+                let is_wide = info.kernel.is_wide();
                 let box_tests = if is_wide { work.box_tests.clamp(2, 8) } else { arity as u64 };
                 let expected = TraceCounters { nodes: 1, box_tests, triangle_tests: 0 };
                 assert_eq!(work, expected, "{}", info.id);

@@ -5,6 +5,7 @@
 
 use super::layout::{BLOCK, LEAF, WideBvh};
 use super::leaf::Leaves;
+use super::node::Node;
 use super::pack::Pack;
 #[cfg(not(target_arch = "x86_64"))]
 use super::pack::Portable;
@@ -26,8 +27,8 @@ use crate::trace::slab::{Slabs, pad_up};
 
 /// Adds every hit to `hits`, in the order of the layout, a triangle as often as it stands in leaves.
 #[inline(always)]
-fn gather<const W: usize, P: Pack<W>, Q: Pack<BLOCK>, D: Pack64, L: Leaves, Pr: TraceProbe>(
-    wide: &WideBvh<W>,
+fn gather<const W: usize, N: Node<W>, P: Pack<W>, Q: Pack<BLOCK>, D: Pack64, L: Leaves, Pr: TraceProbe>(
+    wide: &WideBvh<W, N>,
     ray: &Ray,
     slabs: &Slabs,
     scratch: &mut Scratch,
@@ -48,7 +49,7 @@ fn gather<const W: usize, P: Pack<W>, Q: Pack<BLOCK>, D: Pack64, L: Leaves, Pr: 
             let (entry, exit) = boxes.interval(node, limit);
             let mut met = entry.at_most(exit);
             while met != 0 {
-                open.push(OpenNode { entry: f32::NEG_INFINITY, node: node.child[met.trailing_zeros() as usize] });
+                open.push(OpenNode { entry: f32::NEG_INFINITY, node: node.child()[met.trailing_zeros() as usize] });
                 met &= met - 1;
             }
             continue;
@@ -93,15 +94,15 @@ pub(in crate::trace) fn all_by_four<L: Leaves, Pr: TraceProbe>(
     hits: &mut Vec<Hit>,
 ) {
     #[cfg(target_arch = "x86_64")]
-    gather::<4, Sse, Sse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+    gather::<4, _, Sse, Sse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
     #[cfg(not(target_arch = "x86_64"))]
-    gather::<4, Portable<4>, Portable<4>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+    gather::<4, _, Portable<4>, Portable<4>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
 }
 
 /// Eight boxes at a time, by the instructions of `level`.
-pub(in crate::trace) fn all_by_eight<L: Leaves, Pr: TraceProbe>(
+pub(in crate::trace) fn all_by_eight<N: Node<8>, L: Leaves, Pr: TraceProbe>(
     level: Simd,
-    wide: &WideBvh<8>,
+    wide: &WideBvh<8, N>,
     ray: &Ray,
     slabs: &Slabs,
     scratch: &mut Scratch,
@@ -111,14 +112,14 @@ pub(in crate::trace) fn all_by_eight<L: Leaves, Pr: TraceProbe>(
     #[cfg(target_arch = "x86_64")]
     if level >= Simd::Avx2 {
         // SAFETY: the level says that AVX2 is there.
-        unsafe { all_by_avx2::<L, Pr>(wide, ray, slabs, scratch, probe, hits) }
+        unsafe { all_by_avx2::<N, L, Pr>(wide, ray, slabs, scratch, probe, hits) }
     } else {
-        gather::<8, TwoSse, Sse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+        gather::<8, N, TwoSse, Sse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
         let _ = level;
-        gather::<8, Portable<8>, Portable<4>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+        gather::<8, N, Portable<8>, Portable<4>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
     }
 }
 
@@ -126,13 +127,13 @@ pub(in crate::trace) fn all_by_eight<L: Leaves, Pr: TraceProbe>(
 /// The processor has AVX2.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-unsafe fn all_by_avx2<L: Leaves, Pr: TraceProbe>(
-    wide: &WideBvh<8>,
+unsafe fn all_by_avx2<N: Node<8>, L: Leaves, Pr: TraceProbe>(
+    wide: &WideBvh<8, N>,
     ray: &Ray,
     slabs: &Slabs,
     scratch: &mut Scratch,
     probe: &mut Pr,
     hits: &mut Vec<Hit>,
 ) {
-    gather::<8, Avx, Sse, Avx64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+    gather::<8, N, Avx, Sse, Avx64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
 }

@@ -1,5 +1,6 @@
 //! The layout that the wide kernels walk: nodes that hold their children's boxes side by side, triangles in blocks of four.
 
+use super::node::Node;
 use super::order::orders;
 use crate::bvh::{Bvh, NodeKind};
 use crate::geom::{Aabb, Triangle};
@@ -26,13 +27,13 @@ const MAX_LEAF: usize = BLOCK;
 /// A node: the boxes of at most `W` children.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
-pub(super) struct WideNode<const W: usize> {
+pub struct WideNode<const W: usize> {
     /// By axis, then minimum and maximum, then child. Children that are not there have empty boxes, which no ray enters.
-    pub bounds: [[[f32; W]; 2]; 3],
+    pub(super) bounds: [[[f32; W]; 2]; 3],
     /// Index of a node, or [`LEAF`] and that of a block; [`NONE`].
-    pub child: [u32; W],
+    pub(super) child: [u32; W],
     /// For each octant of directions, the children from near to far ([`super::order`]).
-    pub order: [u32; 8],
+    pub(super) order: [u32; 8],
 }
 
 /// At most four triangles of a leaf.
@@ -63,10 +64,10 @@ impl Block {
     }
 }
 
-/// A tree as the wide kernels walk it.
+/// A tree as the wide kernels walk it, of nodes that keep their children's boxes in f32 or otherwise.
 #[derive(Clone, Debug)]
-pub struct WideBvh<const W: usize> {
-    pub(super) nodes: Vec<WideNode<W>>,
+pub struct WideBvh<const W: usize, N = WideNode<W>> {
+    pub(super) nodes: Vec<N>,
     pub(super) blocks: Vec<Block>,
     /// The greatest |coordinate| of the root's box.
     pub(super) reach: f32,
@@ -144,6 +145,17 @@ impl<const W: usize> WideBvh<W> {
         u32::try_from(first).ok().filter(|f| f & LEAF == 0).expect("more than 2³¹ blocks")
     }
 
+    /// The same tree of other nodes.
+    pub(in crate::trace) fn of_nodes<N>(self) -> WideBvh<W, N>
+    where
+        N: for<'a> From<&'a WideNode<W>>,
+    {
+        let Self { nodes, blocks, reach, most_open } = self;
+        WideBvh { nodes: nodes.iter().map(N::from).collect(), blocks, reach, most_open }
+    }
+}
+
+impl<const W: usize, N> WideBvh<W, N> {
     /// Bytes of nodes and blocks; the scene's triangles are not needed besides.
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
@@ -151,14 +163,8 @@ impl<const W: usize> WideBvh<W> {
 }
 
 impl<const W: usize> WideNode<W> {
-    const EMPTY: Self =
+    pub(super) const EMPTY: Self =
         Self { bounds: [[[f32::INFINITY; W], [f32::NEG_INFINITY; W]]; 3], child: [NONE; W], order: [0; 8] };
-
-    /// How many children there are.
-    #[inline(always)]
-    pub fn count(&self) -> usize {
-        self.child.iter().filter(|&&child| child != NONE).count()
-    }
 
     fn put(&mut self, child: u32, aabb: &Aabb) {
         let lane = self.count();

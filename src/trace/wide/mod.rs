@@ -10,15 +10,19 @@
 //! A binary tree is collapsed for what these kernels do: a leaf costs by its blocks of four triangles, not by its triangles
 //! (`layout.rs`). Children are entered in an order that is kept with the node (`order.rs`).
 //!
+//! Kernels `bvh8-q8` and `bvh8-q16` walk the same tree with its boxes in 8 or 16 bits a coordinate, rounded outwards (`quantised.rs`).
+//!
 //! Rays for which f32 distances would over- or underflow, and those that count hits behind their origin, go to `scalar`'s f64
 //! boxes, through the tree that the layout was made from.
 
 mod gather;
 mod layout;
 mod leaf;
+mod node;
 mod order;
 mod pack;
 mod pack64;
+mod quantised;
 mod search;
 mod watertight;
 
@@ -29,4 +33,5 @@ pub use layout::WideBvh;
 
 pub(super) use gather::{all_by_eight, all_by_four};
 pub(super) use leaf::{Fast, Leaves, Watertight};
+pub(super) use quantised::GridNode;
 pub(super) use search::{OutOfRange, wide_hit, wide_hits};

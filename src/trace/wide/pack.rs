@@ -11,6 +11,10 @@
 pub(in crate::trace) unsafe trait Pack<const W: usize>: Copy {
     fn splat(x: f32) -> Self;
     fn load(from: &[f32; W]) -> Self;
+    /// Whole numbers.
+    fn of_u8(from: &[u8; W]) -> Self;
+    /// Whole numbers.
+    fn of_u16(from: &[u16; W]) -> Self;
     fn store(self, to: &mut [f32; W]);
     fn plus(self, other: Self) -> Self;
     fn minus(self, other: Self) -> Self;
@@ -53,6 +57,14 @@ unsafe impl<const W: usize> Pack<W> for Portable<W> {
     #[inline(always)]
     fn load(from: &[f32; W]) -> Self {
         Self(*from)
+    }
+    #[inline(always)]
+    fn of_u8(from: &[u8; W]) -> Self {
+        Self(from.map(f32::from))
+    }
+    #[inline(always)]
+    fn of_u16(from: &[u16; W]) -> Self {
+        Self(from.map(f32::from))
     }
     #[inline(always)]
     fn store(self, to: &mut [f32; W]) {
@@ -104,7 +116,7 @@ mod x86 {
     #[derive(Clone, Copy, Debug)]
     pub(in super::super) struct TwoSse(Sse, Sse);
 
-    /// Eight by AVX.
+    /// Eight by AVX2.
     #[derive(Clone, Copy, Debug)]
     pub(in super::super) struct Avx(pub __m256);
 
@@ -119,6 +131,23 @@ mod x86 {
         fn load(from: &[f32; 4]) -> Self {
             // SAFETY: as above; four numbers are there.
             Self(unsafe { _mm_loadu_ps(from.as_ptr()) })
+        }
+        #[inline(always)]
+        fn of_u8(from: &[u8; 4]) -> Self {
+            // SAFETY: as above.
+            unsafe {
+                let bytes = _mm_cvtsi32_si128(i32::from_le_bytes(*from));
+                let words = _mm_unpacklo_epi8(bytes, _mm_setzero_si128());
+                Self(_mm_cvtepi32_ps(_mm_unpacklo_epi16(words, _mm_setzero_si128())))
+            }
+        }
+        #[inline(always)]
+        fn of_u16(from: &[u16; 4]) -> Self {
+            // SAFETY: as above; four numbers are there.
+            unsafe {
+                let words = _mm_loadl_epi64(from.as_ptr().cast());
+                Self(_mm_cvtepi32_ps(_mm_unpacklo_epi16(words, _mm_setzero_si128())))
+            }
         }
         #[inline(always)]
         fn store(self, to: &mut [f32; 4]) {
@@ -175,6 +204,16 @@ mod x86 {
             Self(four(low), four(high))
         }
         #[inline(always)]
+        fn of_u8(from: &[u8; 8]) -> Self {
+            let (low, high) = from.split_at(4);
+            Self(Sse::of_u8(&[low[0], low[1], low[2], low[3]]), Sse::of_u8(&[high[0], high[1], high[2], high[3]]))
+        }
+        #[inline(always)]
+        fn of_u16(from: &[u16; 8]) -> Self {
+            let (low, high) = from.split_at(4);
+            Self(Sse::of_u16(&[low[0], low[1], low[2], low[3]]), Sse::of_u16(&[high[0], high[1], high[2], high[3]]))
+        }
+        #[inline(always)]
         fn store(self, to: &mut [f32; 8]) {
             let (low, high) = to.split_at_mut(4);
             self.0.store(low.try_into().expect("half of eight"));
@@ -210,17 +249,27 @@ mod x86 {
         }
     }
 
-    // SAFETY: the trait's users vouch for AVX where they name this type.
+    // SAFETY: the trait's users vouch for AVX2 where they name this type.
     unsafe impl Pack<8> for Avx {
         #[inline(always)]
         fn splat(x: f32) -> Self {
-            // SAFETY: whoever names this type has AVX; so below.
+            // SAFETY: whoever names this type has AVX2; so below.
             Self(unsafe { _mm256_set1_ps(x) })
         }
         #[inline(always)]
         fn load(from: &[f32; 8]) -> Self {
             // SAFETY: as above; eight numbers are there.
             Self(unsafe { _mm256_loadu_ps(from.as_ptr()) })
+        }
+        #[inline(always)]
+        fn of_u8(from: &[u8; 8]) -> Self {
+            // SAFETY: as above; eight numbers are there.
+            Self(unsafe { _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(from.as_ptr().cast()))) })
+        }
+        #[inline(always)]
+        fn of_u16(from: &[u16; 8]) -> Self {
+            // SAFETY: as above; eight numbers are there.
+            Self(unsafe { _mm256_cvtepi32_ps(_mm256_cvtepu16_epi32(_mm_loadu_si128(from.as_ptr().cast()))) })
         }
         #[inline(always)]
         fn store(self, to: &mut [f32; 8]) {
@@ -287,6 +336,8 @@ mod tests {
             for p in [a.plus(b), a.minus(b), a.times(b), a.lesser(b), a.greater(b), P::splat(ODD[turn])] {
                 put(p);
             }
+            put(P::of_u8(&std::array::from_fn(|i| (turn * 31 + i * 77) as u8)));
+            put(P::of_u16(&std::array::from_fn(|i| (turn * 9001 + i * 23456) as u16)));
             results.push([a.at_most(b); W]);
             results.push([a.below(b); W]);
         }
@@ -303,6 +354,6 @@ mod tests {
                 assert_eq!(all::<8, Portable<8>>(), all::<8, Avx>());
             }
         }
-        assert_eq!(all::<8, Portable<8>>().len(), 64);
+        assert_eq!(all::<8, Portable<8>>().len(), 80);
     }
 }

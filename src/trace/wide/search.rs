@@ -1,7 +1,8 @@
 //! The search, one body for every width and every set of instructions.
 
-use super::layout::{BLOCK, LEAF, NONE, WideBvh, WideNode};
+use super::layout::{BLOCK, LEAF, NONE, WideBvh};
 use super::leaf::{Leaves, Search};
+use super::node::Node;
 #[cfg(target_arch = "x86_64")]
 use super::order::ByPermutation;
 use super::order::{ByEach, Push};
@@ -54,17 +55,17 @@ impl<P> Boxes<P> {
     /// Where the ray, within its own interval up to `limit`, enters and leaves the children's boxes: those are met that it
     /// enters before it leaves them.
     #[inline(always)]
-    pub(super) fn interval<const W: usize>(&self, node: &WideNode<W>, limit: P) -> (P, P)
+    pub(super) fn interval<const W: usize, N: Node<W>>(&self, node: &N, limit: P) -> (P, P)
     where
         P: Pack<W>,
     {
         let plane = |axis: usize, side: usize, inverse: &[P; 3]| {
-            P::load(&node.bounds[axis][side]).minus(self.origin[axis]).times(inverse[axis])
+            node.planes::<P>(axis, side).minus(self.origin[axis]).times(inverse[axis])
         };
         let near = |axis: usize| plane(axis, self.near[axis], &self.inverse);
         let far = |axis: usize| plane(axis, 1 - self.near[axis], &self.padded);
         let entry = near(2).greater(near(1).greater(near(0).greater(self.t_min)));
-        let exit = far(2).lesser(far(1).lesser(far(0).lesser(P::splat(f32::INFINITY))));
+        let exit = far(2).lesser(far(1).lesser(far(0).lesser(node.ends())));
         (entry, exit.plus(P::splat(ABSOLUTE)).lesser(limit))
     }
 }
@@ -84,7 +85,7 @@ struct Flight<'a, P, L> {
 impl<'a, P, L: Leaves> Flight<'a, P, L> {
     /// Prepares `ray` at the root.
     #[inline(always)]
-    fn new<const W: usize>(wide: &WideBvh<W>, ray: &'a Ray) -> Result<Self, OutOfRange>
+    fn new<const W: usize, N>(wide: &WideBvh<W, N>, ray: &'a Ray) -> Result<Self, OutOfRange>
     where
         P: Pack<W>,
     {
@@ -102,9 +103,9 @@ impl<'a, P, L: Leaves> Flight<'a, P, L> {
 
     /// Looks at one node or leaf; whether the search is at its end then.
     #[inline(always)]
-    fn step<const W: usize, O: Push<W, P>, Q: Pack<BLOCK>, D: Pack64, G: Goal, Pr: TraceProbe>(
+    fn step<const W: usize, N: Node<W>, O: Push<W, P>, Q: Pack<BLOCK>, D: Pack64, G: Goal, Pr: TraceProbe>(
         &mut self,
-        wide: &WideBvh<W>,
+        wide: &WideBvh<W, N>,
         stack: &mut Stack,
         probe: &mut Pr,
     ) -> bool
@@ -119,7 +120,7 @@ impl<'a, P, L: Leaves> Flight<'a, P, L> {
             let (entry, exit) = self.boxes.interval(node, P::splat(self.search.limit));
             // SAFETY: `most_open` has room for all children of a node behind what a search has open.
             let (entries, names) = unsafe { stack.room_behind(self.top) };
-            let (pushed, nearest) = O::push(entry, exit, &node.child, node.order[self.octant], entries, names);
+            let (pushed, nearest) = O::push(entry, exit, node.child(), node.order()[self.octant], entries, names);
             self.top += pushed;
             if nearest != NONE {
                 self.at = nearest;
@@ -152,15 +153,25 @@ impl<'a, P, L: Leaves> Flight<'a, P, L> {
 }
 
 #[inline(always)]
-fn search<const W: usize, P: Pack<W>, O: Push<W, P>, Q: Pack<BLOCK>, D: Pack64, G: Goal, L: Leaves, Pr: TraceProbe>(
-    wide: &WideBvh<W>,
+fn search<
+    const W: usize,
+    N: Node<W>,
+    P: Pack<W>,
+    O: Push<W, P>,
+    Q: Pack<BLOCK>,
+    D: Pack64,
+    G: Goal,
+    L: Leaves,
+    Pr: TraceProbe,
+>(
+    wide: &WideBvh<W, N>,
     ray: &Ray,
     scratch: &mut Scratch,
     probe: &mut Pr,
 ) -> Result<Option<Hit>, OutOfRange> {
     let mut flight = Flight::<P, L>::new(wide, ray)?;
     let [mut stack] = scratch.stacks(wide.most_open);
-    while !flight.step::<W, O, Q, D, G, Pr>(wide, &mut stack, probe) {}
+    while !flight.step::<W, N, O, Q, D, G, Pr>(wide, &mut stack, probe) {}
     Ok(flight.search.best)
 }
 
@@ -172,6 +183,7 @@ const IN_FLIGHT: usize = 2;
 #[inline(always)]
 fn search_all<
     const W: usize,
+    N: Node<W>,
     P: Pack<W>,
     O: Push<W, P>,
     Q: Pack<BLOCK>,
@@ -180,7 +192,7 @@ fn search_all<
     L: Leaves,
     Pr: TraceProbe,
 >(
-    wide: &WideBvh<W>,
+    wide: &WideBvh<W, N>,
     rays: &[Ray],
     answers: &mut [HitRecord],
     scratch: &mut Scratch,
@@ -194,7 +206,7 @@ fn search_all<
         let mut flying = false;
         for (flight, stack) in flights.iter_mut().zip(&mut stacks) {
             if let Some((ray, answer)) = flight {
-                if !ray.step::<W, O, Q, D, G, Pr>(wide, stack, probe) {
+                if !ray.step::<W, N, O, Q, D, G, Pr>(wide, stack, probe) {
                     flying = true;
                     continue;
                 }
@@ -223,9 +235,9 @@ pub(in crate::trace) struct OutOfRange;
 
 /// The search by the instructions of `level`.
 #[inline]
-pub(in crate::trace) fn wide_hit<const W: usize, G: Goal, L: Leaves, Pr: TraceProbe>(
+pub(in crate::trace) fn wide_hit<const W: usize, N: Node<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
     level: Simd,
-    wide: &WideBvh<W>,
+    wide: &WideBvh<W, N>,
     ray: &Ray,
     scratch: &mut Scratch,
     probe: &mut Pr,
@@ -233,14 +245,14 @@ pub(in crate::trace) fn wide_hit<const W: usize, G: Goal, L: Leaves, Pr: TracePr
 where
     Instructions: For<W>,
 {
-    <Instructions as For<W>>::search::<G, L, Pr>(level, wide, ray, scratch, probe)
+    <Instructions as For<W>>::search::<N, G, L, Pr>(level, wide, ray, scratch, probe)
 }
 
 /// Many searches by the instructions of `level`: one answer a ray, in `answers`. Returns the places of rays that are
 /// [`OutOfRange`] and have none.
-pub(in crate::trace) fn wide_hits<const W: usize, G: Goal, L: Leaves, Pr: TraceProbe>(
+pub(in crate::trace) fn wide_hits<const W: usize, N: Node<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
     level: Simd,
-    wide: &WideBvh<W>,
+    wide: &WideBvh<W, N>,
     rays: &[Ray],
     answers: &mut [HitRecord],
     scratch: &mut Scratch,
@@ -249,7 +261,7 @@ pub(in crate::trace) fn wide_hits<const W: usize, G: Goal, L: Leaves, Pr: TraceP
 where
     Instructions: For<W>,
 {
-    <Instructions as For<W>>::search_all::<G, L, Pr>(level, wide, rays, answers, scratch, probe)
+    <Instructions as For<W>>::search_all::<N, G, L, Pr>(level, wide, rays, answers, scratch, probe)
 }
 
 /// The sets of instructions that there are for a width.
@@ -258,18 +270,18 @@ pub(in crate::trace) struct Instructions;
 /// A width that kernels are made for.
 pub(in crate::trace) trait For<const W: usize> {
     /// [`wide_hit`].
-    fn search<G: Goal, L: Leaves, Pr: TraceProbe>(
+    fn search<N: Node<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
         level: Simd,
-        wide: &WideBvh<W>,
+        wide: &WideBvh<W, N>,
         ray: &Ray,
         scratch: &mut Scratch,
         probe: &mut Pr,
     ) -> Result<Option<Hit>, OutOfRange>;
 
     /// [`wide_hits`].
-    fn search_all<G: Goal, L: Leaves, Pr: TraceProbe>(
+    fn search_all<N: Node<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
         level: Simd,
-        wide: &WideBvh<W>,
+        wide: &WideBvh<W, N>,
         rays: &[Ray],
         answers: &mut [HitRecord],
         scratch: &mut Scratch,
@@ -287,9 +299,9 @@ macro_rules! instructions {
     ($width:literal, $avx:ty, $sse:ty) => {
         impl For<$width> for Instructions {
             #[inline]
-            fn search<G: Goal, L: Leaves, Pr: TraceProbe>(
+            fn search<N: Node<$width>, G: Goal, L: Leaves, Pr: TraceProbe>(
                 level: Simd,
-                wide: &WideBvh<$width>,
+                wide: &WideBvh<$width, N>,
                 ray: &Ray,
                 scratch: &mut Scratch,
                 probe: &mut Pr,
@@ -298,22 +310,22 @@ macro_rules! instructions {
                 {
                     if level >= Simd::Avx2 {
                         // SAFETY: the level says that AVX2 is there.
-                        return unsafe { search_avx2::<$width, $avx, G, L, Pr>(wide, ray, scratch, probe) };
+                        return unsafe { search_avx2::<$width, N, $avx, G, L, Pr>(wide, ray, scratch, probe) };
                     }
-                    search::<$width, $sse, ByEach, Sse, TwoSse64, G, L, Pr>(wide, ray, scratch, probe)
+                    search::<$width, N, $sse, ByEach, Sse, TwoSse64, G, L, Pr>(wide, ray, scratch, probe)
                 }
                 #[cfg(not(target_arch = "x86_64"))]
                 {
                     let _ = level;
-                    search::<$width, Portable<$width>, ByEach, Portable<4>, Portable64, G, L, Pr>(
+                    search::<$width, N, Portable<$width>, ByEach, Portable<4>, Portable64, G, L, Pr>(
                         wide, ray, scratch, probe,
                     )
                 }
             }
 
-            fn search_all<G: Goal, L: Leaves, Pr: TraceProbe>(
+            fn search_all<N: Node<$width>, G: Goal, L: Leaves, Pr: TraceProbe>(
                 level: Simd,
-                wide: &WideBvh<$width>,
+                wide: &WideBvh<$width, N>,
                 rays: &[Ray],
                 answers: &mut [HitRecord],
                 scratch: &mut Scratch,
@@ -324,15 +336,15 @@ macro_rules! instructions {
                     if level >= Simd::Avx2 {
                         // SAFETY: the level says that AVX2 is there.
                         return unsafe {
-                            search_all_avx2::<$width, $avx, G, L, Pr>(wide, rays, answers, scratch, probe)
+                            search_all_avx2::<$width, N, $avx, G, L, Pr>(wide, rays, answers, scratch, probe)
                         };
                     }
-                    search_all::<$width, $sse, ByEach, Sse, TwoSse64, G, L, Pr>(wide, rays, answers, scratch, probe)
+                    search_all::<$width, N, $sse, ByEach, Sse, TwoSse64, G, L, Pr>(wide, rays, answers, scratch, probe)
                 }
                 #[cfg(not(target_arch = "x86_64"))]
                 {
                     let _ = level;
-                    search_all::<$width, Portable<$width>, ByEach, Portable<4>, Portable64, G, L, Pr>(
+                    search_all::<$width, N, Portable<$width>, ByEach, Portable<4>, Portable64, G, L, Pr>(
                         wide, rays, answers, scratch, probe,
                     )
                 }
@@ -348,8 +360,8 @@ instructions!(8, Avx, TwoSse);
 /// The processor is of level [`Simd::Avx2`].
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn search_avx2<const W: usize, P: Pack<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
-    wide: &WideBvh<W>,
+unsafe fn search_avx2<const W: usize, N: Node<W>, P: Pack<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
+    wide: &WideBvh<W, N>,
     ray: &Ray,
     scratch: &mut Scratch,
     probe: &mut Pr,
@@ -357,15 +369,15 @@ unsafe fn search_avx2<const W: usize, P: Pack<W>, G: Goal, L: Leaves, Pr: TraceP
 where
     ByPermutation: Push<W, P>,
 {
-    search::<W, P, ByPermutation, Sse, Avx64, G, L, Pr>(wide, ray, scratch, probe)
+    search::<W, N, P, ByPermutation, Sse, Avx64, G, L, Pr>(wide, ray, scratch, probe)
 }
 
 /// # Safety
 /// The processor is of level [`Simd::Avx2`].
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn search_all_avx2<const W: usize, P: Pack<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
-    wide: &WideBvh<W>,
+unsafe fn search_all_avx2<const W: usize, N: Node<W>, P: Pack<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
+    wide: &WideBvh<W, N>,
     rays: &[Ray],
     answers: &mut [HitRecord],
     scratch: &mut Scratch,
@@ -374,16 +386,16 @@ unsafe fn search_all_avx2<const W: usize, P: Pack<W>, G: Goal, L: Leaves, Pr: Tr
 where
     ByPermutation: Push<W, P>,
 {
-    search_all::<W, P, ByPermutation, Sse, Avx64, G, L, Pr>(wide, rays, answers, scratch, probe)
+    search_all::<W, N, P, ByPermutation, Sse, Avx64, G, L, Pr>(wide, rays, answers, scratch, probe)
 }
 
 /// The scalar twin, for tests.
 #[cfg(test)]
-pub(super) fn twin<const W: usize, G: Goal, L: Leaves, Pr: TraceProbe>(
-    wide: &WideBvh<W>,
+pub(super) fn twin<const W: usize, N: Node<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
+    wide: &WideBvh<W, N>,
     ray: &Ray,
     scratch: &mut Scratch,
     probe: &mut Pr,
 ) -> Result<Option<Hit>, OutOfRange> {
-    search::<W, Portable<W>, ByEach, Portable<4>, Portable64, G, L, Pr>(wide, ray, scratch, probe)
+    search::<W, N, Portable<W>, ByEach, Portable<4>, Portable64, G, L, Pr>(wide, ray, scratch, probe)
 }

@@ -1,7 +1,8 @@
 //! The wide kernels against brute force, against their scalar twin, and at every set of instructions.
 
+use super::node::Node;
 use super::search::twin;
-use super::{Fast, Watertight, WideBvh};
+use super::{Fast, GridNode, Leaves, Watertight, WideBvh};
 use crate::bvh::Bvh;
 use crate::bvh::testing::{Random, boxes, random_tree, soup};
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
@@ -10,7 +11,7 @@ use crate::trace::closest::{Any, Closest, accepted};
 use crate::trace::slab::Slabs;
 use crate::trace::testing::{any_ray, grid_ray, grid_soup, median_split, sphere};
 use crate::trace::{
-    HitRecord, KERNELS, Kernel, Query, Scratch, TraceCounters, Tracer, Width, brute_force, leave_surface,
+    Bits, HitRecord, KERNELS, Kernel, Query, Scratch, TraceCounters, Tracer, Width, brute_force, leave_surface,
 };
 use glam::Vec3;
 use proptest::prelude::*;
@@ -21,32 +22,46 @@ fn bits(hit: Option<Hit>) -> Option<(u32, u32)> {
 
 const WIDTHS: [Width; 2] = [Width::Four, Width::Eight];
 
+/// All kernels that search by these files, and those of them that answer as brute force.
+fn kernels() -> impl Iterator<Item = Kernel> {
+    KERNELS.iter().map(|info| info.kernel).filter(|kernel| kernel.is_wide())
+}
+
+fn exact_kernels() -> impl Iterator<Item = Kernel> {
+    kernels().filter(|kernel| kernel.is_exact())
+}
+
 /// What the scalar twin answers and counts; `None` where the ray is not for f32 boxes.
 fn by_twin(
-    width: Width,
-    fast: bool,
+    kernel: Kernel,
     query: Query,
     bvh: &Bvh,
     triangles: &[Triangle],
     ray: &Ray,
 ) -> Option<(Option<Hit>, TraceCounters)> {
-    let mut work = TraceCounters::default();
-    let scratch = &mut Scratch::default();
-    let four = WideBvh::<4>::new(bvh, triangles);
-    let eight = WideBvh::<8>::new(bvh, triangles);
-    let w = &mut work;
-    let hit = match (width, fast, query) {
-        (Width::Four, false, Query::Closest) => twin::<4, Closest, Watertight, _>(&four, ray, scratch, w),
-        (Width::Four, true, Query::Closest) => twin::<4, Closest, Fast, _>(&four, ray, scratch, w),
-        (Width::Four, false, Query::Any) => twin::<4, Any, Watertight, _>(&four, ray, scratch, w),
-        (Width::Four, true, Query::Any) => twin::<4, Any, Fast, _>(&four, ray, scratch, w),
-        (Width::Eight, false, Query::Closest) => twin::<8, Closest, Watertight, _>(&eight, ray, scratch, w),
-        (Width::Eight, true, Query::Closest) => twin::<8, Closest, Fast, _>(&eight, ray, scratch, w),
-        (Width::Eight, false, Query::Any) => twin::<8, Any, Watertight, _>(&eight, ray, scratch, w),
-        (Width::Eight, true, Query::Any) => twin::<8, Any, Fast, _>(&eight, ray, scratch, w),
-    };
-    let hit = hit.ok()?;
-    Some((if query == Query::Any { hit.map(|_| Kernel::SOME_HIT) } else { hit }, work))
+    fn answer<const W: usize, N: Node<W>, L: Leaves>(
+        wide: &WideBvh<W, N>,
+        query: Query,
+        ray: &Ray,
+    ) -> Option<(Option<Hit>, TraceCounters)> {
+        let (mut work, scratch) = (TraceCounters::default(), &mut Scratch::default());
+        let hit = match query {
+            Query::Closest => twin::<W, N, Closest, L, _>(wide, ray, scratch, &mut work).ok()?,
+            Query::Any => twin::<W, N, Any, L, _>(wide, ray, scratch, &mut work).ok()?.map(|_| Kernel::SOME_HIT),
+        };
+        Some((hit, work))
+    }
+    let four = || WideBvh::<4>::new(bvh, triangles);
+    let eight = || WideBvh::<8>::new(bvh, triangles);
+    match kernel {
+        Kernel::Wide { width: Width::Four, fast: false } => answer::<4, _, Watertight>(&four(), query, ray),
+        Kernel::Wide { width: Width::Four, fast: true } => answer::<4, _, Fast>(&four(), query, ray),
+        Kernel::Wide { width: Width::Eight, fast: false } => answer::<8, _, Watertight>(&eight(), query, ray),
+        Kernel::Wide { width: Width::Eight, fast: true } => answer::<8, _, Fast>(&eight(), query, ray),
+        Kernel::Quantised(Bits::Eight) => answer::<8, GridNode<8, u8>, Watertight>(&eight().of_nodes(), query, ray),
+        Kernel::Quantised(Bits::Sixteen) => answer::<8, GridNode<8, u16>, Watertight>(&eight().of_nodes(), query, ray),
+        other => panic!("{other:?} is not wide"),
+    }
 }
 
 /// Trees of every arity that kernels take as they are, divide or collapse; some of them bad.
@@ -57,20 +72,20 @@ fn trees(seed: u64, triangles: &[Triangle]) -> Vec<Bvh> {
     sensible.into_iter().chain(bad).collect()
 }
 
-/// Holds both widths, at every level, to brute force; returns the hits.
+/// Holds every exact kernel, at every level, to brute force; returns the hits.
 fn check(seed: u64, triangles: &[Triangle], rays: &[Ray]) -> usize {
     let expected: Vec<_> = rays.iter().map(|ray| brute_force::<WatertightRay>(triangles, ray)).collect();
     let mut scratch = Scratch::default();
     for bvh in trees(seed, triangles) {
-        for width in WIDTHS {
-            let tracer = Tracer::new(Kernel::Wide { width, fast: false }, &bvh, triangles);
+        for kernel in exact_kernels() {
+            let tracer = Tracer::new(kernel, &bvh, triangles);
             for level in Simd::available() {
                 let tracer = tracer.clone().at_level(level);
                 for (ray, expected) in rays.iter().zip(&expected) {
                     let found = tracer.trace(Query::Closest, ray, &mut scratch, &mut ());
-                    assert_eq!(bits(found), bits(*expected), "{width:?} {level:?} arity {} {ray:?}", bvh.arity);
+                    assert_eq!(bits(found), bits(*expected), "{kernel:?} {level:?} arity {} {ray:?}", bvh.arity);
                     let any = tracer.trace(Query::Any, ray, &mut scratch, &mut ());
-                    assert_eq!(any.is_some(), expected.is_some(), "{width:?} {level:?} {ray:?}");
+                    assert_eq!(any.is_some(), expected.is_some(), "{kernel:?} {level:?} {ray:?}");
                 }
             }
         }
@@ -136,16 +151,14 @@ proptest! {
     fn every_level_answers_and_counts_as_the_scalar_twin(seed in any::<u64>(), n in 1_usize..200) {
         let triangles = soup(seed, n, 0.2);
         let bvh = median_split(&triangles, 2);
-        for (width, fast, query) in WIDTHS.into_iter().flat_map(|w| {
-            [false, true].into_iter().flat_map(move |f| [Query::Closest, Query::Any].map(|q| (w, f, q)))
-        }) {
-            let tracer = Tracer::new(Kernel::Wide { width, fast }, &bvh, &triangles);
+        for (kernel, query) in kernels().flat_map(|k| [Query::Closest, Query::Any].map(|q| (k, q))) {
+            let tracer = Tracer::new(kernel, &bvh, &triangles);
             for ray in rays(!seed, 12, any_ray) {
-                let Some(expected) = by_twin(width, fast, query, &bvh, &triangles, &ray) else { continue };
+                let Some(expected) = by_twin(kernel, query, &bvh, &triangles, &ray) else { continue };
                 for level in Simd::available() {
                     let mut work = TraceCounters::default();
                     let hit = tracer.clone().at_level(level).trace(query, &ray, &mut Scratch::default(), &mut work);
-                    prop_assert_eq!((bits(hit), work), (bits(expected.0), expected.1), "{:?} {:?} {:?}", width, level, ray);
+                    prop_assert_eq!((bits(hit), work), (bits(expected.0), expected.1), "{:?} {:?} {:?}", kernel, level, ray);
                 }
             }
         }
