@@ -12,6 +12,7 @@ mod original_kdtree;
 pub mod ploc;
 mod probe;
 mod registry;
+pub mod rounding;
 pub mod sbvh;
 mod subtrees;
 pub mod sweep_sah;

@@ -119,7 +119,7 @@ fn experiments() -> Vec<Entry> {
         entry(
             "accuracy",
             "this laboratory",
-            "what accuracy costs in time: planes, bins, neighbours, triangle tests, bits of stored boxes",
+            "what accuracy costs in time: planes, bins, neighbours, rounded costs, triangle tests, bits of stored boxes",
         ),
     ];
     let claims = Experiment::ALL.map(|e| entry(format!("reproduce --only {}", e.id()), "Beick 2014", e.summary()));

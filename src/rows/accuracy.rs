@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// One setting of one method on one scene: `rows/accuracy.csv`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AccuracyRow {
-    /// `planes`, `bins`, `clustering`, `intersection` or `storage`.
+    /// `planes`, `bins`, `clustering`, `decisions`, `intersection` or `storage`.
     pub study: String,
     /// Scene, such as `gen:spheres:20000`.
     pub scene: String,
@@ -14,9 +14,10 @@ pub struct AccuracyRow {
     pub triangles: usize,
     /// Hash of the triangles.
     pub scene_hash: String,
-    /// What the setting belongs to: a builder and its reading, a tracing kernel, or an arity of stored nodes.
+    /// What the setting belongs to: a builder and its reading, what is decided by costs, a tracing kernel, or an arity of
+    /// stored nodes.
     pub method: String,
-    /// Planes an axis, bins an axis, neighbours or bits a coordinate; empty where the method has no such number: it is
+    /// Planes an axis, bins an axis, neighbours, or bits a coordinate or cost; empty where the method has no such number: it is
     /// exact, or a kernel.
     pub setting: Option<u32>,
     /// Children per inner node.
@@ -67,6 +68,12 @@ pub struct AccuracyRow {
     pub largest_ulp: Option<u32>,
     /// Rays whose reference was itself held against all triangles in f64.
     pub oracle_rays: Option<usize>,
+    /// Decisions of exact costs, each with at least two candidates.
+    pub compared: Option<usize>,
+    /// Of these, decided otherwise by the setting's costs.
+    pub different: Option<usize>,
+    /// The greatest excess of such a choice's cost over the least, relative to that.
+    pub largest_excess: Option<f64>,
     /// Threads used.
     pub threads: usize,
     /// Processor and operating system.

@@ -15,7 +15,7 @@ fn every_part_leaves_rows_a_table_and_a_page_and_a_second_run_measures_nothing()
     let text = lab.fine(call);
     assert!(text.contains("accuracy.html"), "{text}");
     let first = rows(&lab, "out");
-    for part in ["planes", "bins", "clustering", "intersection", "storage"] {
+    for part in ["planes", "bins", "clustering", "decisions", "intersection", "storage"] {
         assert!(first.iter().any(|r| r[0] == part), "{part}");
     }
     assert!(first.iter().all(|r| r.contains(&"ok".to_owned())), "{first:?}");

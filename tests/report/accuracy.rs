@@ -37,6 +37,9 @@ fn row(study: &str, scene: &str, method: &str, setting: Option<u32>, ms: f64, sa
         off: None,
         largest_ulp: None,
         oracle_rays: None,
+        compared: None,
+        different: None,
+        largest_excess: None,
         threads: 1,
         machine: "Synthetic CPU, Linux".into(),
         version: "0.1.0+rows2".into(),
@@ -62,13 +65,23 @@ fn rows(factor: f64) -> Vec<AccuracyRow> {
             arity: 8,
             ..row("storage", scene, "arity 8", Some(bits), 1.0, 20.0, 2.0)
         };
+        let decided = |bits: Option<u32>, different: usize| AccuracyRow {
+            compared: Some(1000),
+            different: Some(different),
+            largest_excess: Some(different as f64 * 1e-7 * scale),
+            ..row("decisions", scene, "splits", bits, if bits.is_some() { 2.0 } else { 4.0 }, 20.0, 1.0)
+        };
         vec![
             row("bins", scene, "binned-sah", Some(4), 10.0 * scale, 40.0 * scale, 1.0),
             row("bins", scene, "binned-sah", Some(16), 20.0 * scale, 40.0 * scale * factor.sqrt(), 1.1),
             row("bins", scene, "binned-sah", Some(64), 40.0 * scale, 40.0 * scale * factor, 1.2),
             row("bins", scene, "sweep-sah", None, 80.0 * scale, 30.0 * scale, 1.25),
             wrong("scalar", 1.0, 0),
+            wrong("scalar-fast", 1.25, 200),
             wrong("other-kernel", 1.5, 500),
+            decided(None, 0),
+            decided(Some(64), 0),
+            decided(Some(32), 25),
             stored(8, 16_000, 25.0),
             stored(32, 32_000, 20.0),
         ]
@@ -106,6 +119,14 @@ fn factors_are_means_over_scenes_and_the_sentence_follows_them() {
         "other-kernel, rays at corners and edges: 50 % more rays per second than scalar, 1,000 wrong hits in a million"
     ));
     assert!(page.contains("8 bits a coordinate take 50 % of the bytes for 25 % more box tests and no change"));
+    assert!(page.contains(
+        "f32 decides 50 of 2,000 otherwise than costs without rounding, at most 0.00075 % above the least cost"
+    ));
+    assert!(page.contains("f64 decides 0 of 2,000 otherwise") && page.contains("no change in 50 % of the time"));
+    let mut prices = csv::Reader::from_path(dir.path().join("tables/accuracy-robust.csv")).unwrap();
+    let prices: Vec<_> = prices.records().map(|r| r.unwrap().iter().collect::<Vec<_>>().join(" ")).collect();
+    // 1 µs a ray for 0.8: 25 % more; a kernel without a twin has no price.
+    assert_eq!(prices, ["scalar edges 2 1000 800 1.25 0 200 200 0"]);
     for figure in ["accuracy-cost-1", "accuracy-speed-2", "accuracy-hits", "accuracy-storage"] {
         for ending in ["svg", "png"] {
             assert!(dir.path().join(format!("figures/{figure}.{ending}")).is_file(), "{figure}");
@@ -131,13 +152,13 @@ fn doctored_rows_turn_the_sentence_round() {
 #[test]
 fn failed_and_capped_settings_carry_no_figure() {
     let mut rows = rows(0.8);
-    for row in rows.iter_mut().filter(|r| r.setting == Some(64)) {
+    for row in rows.iter_mut().filter(|r| r.study == "bins" && r.setting == Some(64)) {
         (row.status, row.note) = (Status::Error, "a wrong <tree>".into());
     }
     let (dir, page) = report_of(rows);
     assert!(page.contains("from 4 to 16 bins an axis"));
     assert!(page.contains("error: a wrong &lt;tree&gt;"));
-    assert!(table(dir.path()).iter().all(|l| l[4] != "64"));
+    assert!(table(dir.path()).iter().all(|l| l[0] != "bins" || l[4] != "64"));
     let summary = report::write(&dir.path().join("rows"), dir.path()).unwrap();
     assert_eq!(summary.error_rows, 2);
 }
@@ -156,4 +177,5 @@ fn rows_of_another_program_are_refused_and_a_page_without_rows_goes() {
     crate::synthetic::store(&fresh.path().join("rows"), crate::synthetic::rows(Some, Some));
     report::write(&fresh.path().join("rows"), dir.path()).unwrap();
     assert!(!dir.path().join("accuracy.html").exists() && !dir.path().join("tables/accuracy.csv").exists());
+    assert!(!dir.path().join("tables/accuracy-robust.csv").exists());
 }

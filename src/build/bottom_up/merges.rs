@@ -7,7 +7,7 @@ use crate::geom::Aabb;
 
 /// Merges in an order in which parts come before what is made of them.
 #[derive(Clone, Debug)]
-pub(super) struct Merges {
+pub(in crate::build) struct Merges {
     triangles: usize,
     parts: Vec<[u32; 2]>,
 }

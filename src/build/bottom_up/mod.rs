@@ -11,7 +11,7 @@ pub mod centres_exact;
 pub mod chain_exact;
 pub mod chain_literal;
 mod clusters;
-mod merges;
+pub(super) mod merges;
 mod nearest_centres;
 #[cfg(test)]
 mod testing;

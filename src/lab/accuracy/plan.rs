@@ -1,7 +1,8 @@
 //! The settings of each part of the study.
 
+use crate::build::rounding::{Decision, Rounding};
 use crate::build::{self, BuildOptions, Builder, Preset};
-use crate::trace::{KERNELS, Kernel};
+use crate::trace::{Bits, KERNELS, Kernel, Width};
 
 /// A part of the study: settings that are compared with each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +13,8 @@ pub enum Part {
     Bins,
     /// How far clustering looks for a partner, against looking everywhere.
     Clustering,
+    /// Costs in f32 and f64, against costs without rounding.
+    Decisions,
     /// Triangle tests and traversals, against the watertight test.
     Intersection,
     /// Bits of stored boxes, against f32.
@@ -27,11 +30,16 @@ pub(super) struct Setting {
     pub builder: &'static Builder,
     pub options: BuildOptions,
     pub rays: &'static str,
+    /// What trees are traced by.
+    pub kernel: Kernel,
+    /// By what costs what is decided, where the builder is not the register's but one of [`crate::build::rounding`].
+    pub costs: Option<(Decision, Rounding)>,
 }
 
 impl Part {
     /// All parts.
-    pub const ALL: [Self; 5] = [Self::Planes, Self::Bins, Self::Clustering, Self::Intersection, Self::Storage];
+    pub const ALL: [Self; 6] =
+        [Self::Planes, Self::Bins, Self::Clustering, Self::Decisions, Self::Intersection, Self::Storage];
 
     /// Its name on the command line and in rows.
     pub const fn id(self) -> &'static str {
@@ -39,6 +47,7 @@ impl Part {
             Self::Planes => "planes",
             Self::Bins => "bins",
             Self::Clustering => "clustering",
+            Self::Decisions => "decisions",
             Self::Intersection => "intersection",
             Self::Storage => "storage",
         }
@@ -49,6 +58,7 @@ impl Part {
             Self::Planes => planes(),
             Self::Bins => bins(),
             Self::Clustering => clustering(),
+            Self::Decisions => decisions(),
             Self::Intersection => intersection(),
             Self::Storage => storage(),
         }
@@ -61,7 +71,7 @@ const INCOHERENT: &str = "diffuse";
 fn setting(part: Part, id: &str, number: Option<u32>, options: BuildOptions) -> Setting {
     let builder = build::find(id).expect("the study names builders that are registered");
     let method = builder.preset(&options).map_or_else(|| id.to_owned(), |preset| format!("{id} {}", preset.id()));
-    Setting { part, method, number, builder, options, rays: INCOHERENT }
+    Setting { part, method, number, builder, options, rays: INCOHERENT, kernel: Kernel::Scalar, costs: None }
 }
 
 fn planes() -> Vec<Setting> {
@@ -100,6 +110,22 @@ fn clustering() -> Vec<Setting> {
     morton.into_iter().chain(kd).chain([everywhere]).collect()
 }
 
+/// Plain builders by each arithmetic; of those in the register they have the limits.
+fn decisions() -> Vec<Setting> {
+    let one = |decision: Decision| {
+        let like = match decision {
+            Decision::Splits => "sweep-sah",
+            Decision::Merges => "ploc",
+        };
+        Rounding::ALL.map(|rounding| Setting {
+            method: decision.id().to_owned(),
+            costs: Some((decision, rounding)),
+            ..setting(Part::Decisions, like, rounding.bits(), BuildOptions::default())
+        })
+    };
+    Decision::ALL.into_iter().flat_map(one).collect()
+}
+
 /// Every kernel that answers the same question as brute force; the thesis' own does not.
 fn intersection() -> Vec<Setting> {
     let kernels = KERNELS.iter().filter(|k| !matches!(k.kernel, Kernel::FirstLeaf(_)));
@@ -113,6 +139,7 @@ fn intersection() -> Vec<Setting> {
     kernels.flat_map(one).collect()
 }
 
+/// Boxes of each arity decoded for kernel `scalar`, and the kernels that decode them on their way.
 fn storage() -> Vec<Setting> {
     let one = |arity| {
         [32, 16, 8].map(|bits| {
@@ -121,5 +148,14 @@ fn storage() -> Vec<Setting> {
             Setting { method: format!("arity {arity}"), ..tree }
         })
     };
-    [4, 8].into_iter().flat_map(one).collect()
+    let kernels = [
+        (32, Kernel::Wide { width: Width::Eight, fast: false }),
+        (16, Kernel::Quantised(Bits::Sixteen)),
+        (8, Kernel::Quantised(Bits::Eight)),
+    ];
+    let by_kernel = kernels.map(|(bits, kernel)| {
+        let tree = setting(Part::Storage, "binned-sah", Some(bits), BuildOptions::default());
+        Setting { method: "bvh8".to_owned(), kernel, ..tree }
+    });
+    [4, 8].into_iter().flat_map(one).chain(by_kernel).collect()
 }

@@ -2,6 +2,7 @@
 
 use super::plan::{Part, Setting};
 use super::{AccuracyStudy, Subject};
+use crate::build::rounding::Flips;
 use crate::build::{Brake, BuildError, Input};
 use crate::bvh::{Bvh, quantised, stored_bytes, tree_hash, validate_parts};
 use crate::cost::{SahParams, sah};
@@ -47,6 +48,7 @@ pub(super) fn measure(
         };
         entries.push(Entry { setting, row, tree });
     }
+    hold_to_the_first(&mut entries);
     for _ in 0..study.runs.max(1) {
         for entry in &mut entries {
             entry.time_build(subject);
@@ -56,6 +58,14 @@ pub(super) fn measure(
         }
     }
     entries.into_iter().map(Entry::finish).collect()
+}
+
+/// Every tree and every way to store it has the same hits: those of all triangles. Fails what differs from the first.
+fn hold_to_the_first(entries: &mut [Entry]) {
+    let Some(expected) = entries.iter().find_map(|entry| Some(entry.tree.as_ref()?.hits.clone())) else { return };
+    for entry in entries.iter_mut().filter(|entry| entry.tree.as_ref().is_some_and(|tree| tree.hits != expected)) {
+        entry.fail("hits differ from those through the group's first tree");
+    }
 }
 
 /// Builds, verifies and counts; also the run that warms memory up.
@@ -73,9 +83,16 @@ fn prepare(
     validate_parts(&built, triangles, &boxes, &setting.builder.limits(&setting.options))
         .map_err(|v| wrong(v.to_string()))?;
     row.tree_hash = Some(tree_hash(&built).to_string());
+    if let Some((decision, rounding)) = setting.costs {
+        let mut flips = Flips::default();
+        decision.build(&boxes, |candidates| flips.note(rounding, candidates), &mut brake)?;
+        row.compared = Some(flips.compared);
+        row.different = Some(flips.different);
+        row.largest_excess = Some(flips.largest_excess);
+    }
     row.bytes = Some(built.bytes());
     let bvh = match (setting.part, setting.number) {
-        (Part::Storage, Some(bits)) => {
+        (Part::Storage, Some(bits)) if setting.kernel == Kernel::Scalar => {
             row.bytes = Some(stored_bytes(&built, bits));
             if bits < 32 { quantised(&built, bits) } else { built }
         }
@@ -84,7 +101,11 @@ fn prepare(
     subject.stage.verify(&bvh).map_err(wrong)?;
     row.sah = sah(&bvh, SahParams::default());
     let rays = subject.rays(setting.rays);
-    let (hits, work) = count_batch(&batch(&Tracer::new(Kernel::Scalar, &bvh, triangles), rays));
+    let tracer = Tracer::new(setting.kernel, &bvh, triangles);
+    if setting.kernel != Kernel::Scalar {
+        row.bytes = Some(tracer.bytes());
+    }
+    let (hits, work) = count_batch(&batch(&tracer, rays));
     let per_ray = |n: u64| (!rays.is_empty()).then(|| n as f64 / rays.len() as f64);
     row.traced = Some(rays.len());
     row.nodes_per_ray = per_ray(work.nodes);
@@ -96,6 +117,9 @@ fn prepare(
 fn build(setting: &Setting, triangles: &[Triangle], brake: &mut Brake) -> Result<Bvh, BuildError> {
     // Boxes are part of the build: it starts from triangles.
     let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+    if let Some((decision, rounding)) = setting.costs {
+        return decision.build(&boxes, |candidates| rounding.least(candidates), brake);
+    }
     (setting.builder.timed)(Input::of_triangles(triangles, &boxes), &setting.options, brake)
 }
 
@@ -118,7 +142,7 @@ impl Entry<'_> {
     fn time_trace(&mut self, subject: &Subject) {
         let Some(tree) = &mut self.tree else { return };
         let rays = subject.rays(self.setting.rays);
-        let tracer = Tracer::new(Kernel::Scalar, &tree.bvh, &subject.stage.triangles);
+        let tracer = Tracer::new(self.setting.kernel, &tree.bvh, &subject.stage.triangles);
         let mut hits = Vec::new();
         let begin = Instant::now();
         trace_batch(&batch(&tracer, rays), &mut hits);
@@ -142,6 +166,9 @@ impl Entry<'_> {
                 nodes_per_ray: None,
                 box_tests_per_ray: None,
                 tri_tests_per_ray: None,
+                compared: None,
+                different: None,
+                largest_excess: None,
                 ..row
             };
         };

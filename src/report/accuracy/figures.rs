@@ -136,25 +136,26 @@ fn scene_legend(scenes: &[&str]) -> Vec<Entry> {
 }
 
 fn storage(accuracy: &Accuracy, scenes: &[&str]) -> Option<Sheet> {
-    let panel = |arity: usize| {
+    let panel = |method: &str| {
         let one = |(scene, colour): (&&str, RGBColor)| {
             let shown = |r: &&AccuracyRow| {
-                r.status == Status::Ok && r.study == "storage" && r.scene == **scene && r.arity == arity
+                r.status == Status::Ok && r.study == "storage" && r.scene == **scene && r.method == method
             };
             let rows = accuracy.rows.iter().filter(shown);
             curve(rows, colour, |r| r.bytes.map(|b| b as f64 / r.triangles.max(1) as f64), |r| r.box_tests_per_ray)
         };
         Panel {
-            title: format!("Stored boxes, arity {arity}"),
+            title: format!("Stored boxes, {method}"),
             x_label: "Bytes a triangle",
             y_label: "Box tests a ray, diffuse",
             curves: scenes.iter().zip(COLOURS.into_iter().cycle()).map(one).collect(),
         }
     };
-    let mut arities: Vec<usize> = accuracy.rows.iter().filter(|r| r.study == "storage").map(|r| r.arity).collect();
-    arities.sort_unstable();
-    arities.dedup();
-    let panels: Vec<Panel> = arities.into_iter().map(panel).filter(Panel::has_points).collect();
+    let mut methods: Vec<&str> =
+        accuracy.rows.iter().filter(|r| r.study == "storage").map(|r| r.method.as_str()).collect();
+    methods.sort_unstable();
+    methods.dedup();
+    let panels: Vec<Panel> = methods.into_iter().map(panel).filter(Panel::has_points).collect();
     let notes = vec!["Numbers beside points are bits a coordinate.".to_owned()];
     (!panels.is_empty()).then(|| Sheet { panels, legend: vec![scene_legend(scenes)], notes })
 }

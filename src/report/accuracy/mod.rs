@@ -2,6 +2,7 @@
 
 mod figures;
 mod page;
+mod price;
 mod series;
 mod words;
 
@@ -58,9 +59,11 @@ impl Accuracy {
         }
         if self.rows.is_empty() {
             folder.remove("tables/accuracy.csv")?;
+            folder.remove("tables/accuracy-robust.csv")?;
             return folder.remove(PAGE);
         }
         folder.write("tables/accuracy.csv", self.csv_text().as_bytes())?;
+        folder.write("tables/accuracy-robust.csv", self.robust_text().as_bytes())?;
         folder.write(PAGE, page::html(self, &scenes, &drawn).as_bytes())
     }
 
@@ -91,6 +94,9 @@ impl Accuracy {
             "bytes_factor",
             "box_tests_factor",
             "wrong_per_million",
+            "decisions",
+            "decided_otherwise",
+            "largest_excess",
         ];
         writer.write_record(header).expect("a Vec takes every write");
         for series in series::all(self) {
@@ -109,9 +115,38 @@ impl Accuracy {
                     factor(p.bytes),
                     factor(p.boxes),
                     factor(p.wrong),
+                    p.flips.map_or(String::new(), |f| f.0.to_string()),
+                    p.flips.map_or(String::new(), |f| f.1.to_string()),
+                    factor(p.excess),
                 ];
                 writer.write_record(record).expect("a Vec takes every write");
             }
+        }
+        String::from_utf8(writer.into_inner().expect("a Vec takes every write")).expect("fields are text")
+    }
+
+    /// What watertight hits cost, as CSV.
+    fn robust_text(&self) -> String {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let header = [
+            "kernel",
+            "rays",
+            "scenes",
+            "robust_ns_per_ray",
+            "fast_ns_per_ray",
+            "time_factor",
+            "robust_wrong_per_million",
+            "fast_missed_per_million",
+            "fast_other_per_million",
+            "fast_off_per_million",
+        ];
+        writer.write_record(header).expect("a Vec takes every write");
+        for p in price::all(self) {
+            let [missed, other, off] = p.wrong;
+            let figures = [p.nanoseconds[0], p.nanoseconds[1], p.factor(), p.robust_wrong, missed, other, off];
+            let names = [p.kernel.to_owned(), p.rays.to_owned(), p.scenes.to_string()];
+            let record = names.into_iter().chain(figures.map(|x| significant(x, 5)));
+            writer.write_record(record.collect::<Vec<_>>()).expect("a Vec takes every write");
         }
         String::from_utf8(writer.into_inner().expect("a Vec takes every write")).expect("fields are text")
     }

@@ -1,6 +1,7 @@
 //! The page about accuracy: one self-contained HTML file.
 
 use super::Accuracy;
+use super::price::all as all_prices;
 use super::series::{Series, all};
 use super::words::{percent, sentences, unit};
 use crate::report::figures::canvas::Rendered;
@@ -10,7 +11,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::collections::BTreeSet;
 
 /// Study, its heading, and what it asks.
-const STUDIES: [(&str, &str, &str); 5] = [
+const STUDIES: [(&str, &str, &str); 6] = [
     (
         "planes",
         "Candidate planes",
@@ -25,6 +26,14 @@ const STUDIES: [(&str, &str, &str); 5] = [
          merges the pair of least union. Factors are over agglo-local.",
     ),
     (
+        "decisions",
+        "Rounded costs",
+        "The same choices by costs in f32, in f64 and without rounding: where to split (every split along three sorted orders) and which cluster is the \
+         nearest (16 places to either side on a Morton curve). Decisions are those of the exact tree, each asked of all three. Times are those \
+         of plain builders made for the comparison. Factors are over costs without rounding. What f32 did to the thesis' own searches: reproduce \
+         --only decisions.",
+    ),
+    (
         "intersection",
         "Triangle tests",
         "Every kernel on the same tree and rays. Wrong: nothing where the reference has a hit, something else at another place, or a t more \
@@ -34,9 +43,10 @@ const STUDIES: [(&str, &str, &str); 5] = [
     (
         "storage",
         "Bits of stored boxes",
-        "The same trees with children's boxes on a grid of their node, rounded outwards (after Ylitie, Karras and Laine 2017). Bytes are those \
-         of the layout; tests are counted, and timed, by kernel scalar over the decoded boxes: what less memory itself saves is not in the rate. \
-         Factors are over f32.",
+        "The same trees with children's boxes on a grid of their node, rounded outwards (after Ylitie, Karras and Laine 2017). Rows by arity: bytes \
+         are those of such nodes and of triangle ids, tests are counted, and timed, by kernel scalar over decoded boxes, so that what less memory \
+         saves is not in the rate. Rows of bvh8 are kernels bvh8, bvh8-q16 and bvh8-q8, decoding and memory included; their bytes are those of \
+         nodes and of triangles in blocks, which stay the same. Factors are over f32; every setting hits the same, bit for bit.",
     ),
 ];
 
@@ -65,6 +75,7 @@ pub(crate) fn html(accuracy: &Accuracy, scenes: &[&str], drawn: &[(String, Rende
                         p { (question) }
                         ul { @for (_, text) in said.iter().filter(|(s, _)| s == study) { li { (text) } } }
                         (means(series.iter().filter(|s| s.study == study)))
+                        @if study == "intersection" { (prices(accuracy)) }
                         @if study == "intersection" { (picture(drawn, "accuracy-hits", "Wrong hits against time a ray.")) }
                         @if study == "storage" { (picture(drawn, "accuracy-storage", "Box tests against memory.")) }
                     }
@@ -115,7 +126,7 @@ fn signed(x: Option<f64>) -> String {
 fn means<'a>(series: impl Iterator<Item = &'a Series<'a>>) -> Markup {
     let all: Vec<&Series> = series.collect();
     let study = all.first().map_or("", |s| s.study);
-    let (hits, boxes) = (study == "intersection", study == "storage");
+    let (hits, boxes, flips) = (study == "intersection", study == "storage", study == "decisions");
     html! {
         div .scroll { table {
             thead { tr {
@@ -125,6 +136,7 @@ fn means<'a>(series: impl Iterator<Item = &'a Series<'a>>) -> Markup {
                 @if boxes { th { "Bytes" } th { "Box tests" } }
                 th { "Rays per second" }
                 @if hits { th { "Wrong hits in a million" } }
+                @if flips { th { "Decisions" } th { "Otherwise" } th { "Worst excess" } }
             } }
             tbody { @for s in all { @for p in &s.points { tr {
                 th .name { (s.method) }
@@ -138,7 +150,36 @@ fn means<'a>(series: impl Iterator<Item = &'a Series<'a>>) -> Markup {
                 @if boxes { td { (signed(p.bytes)) } td { (signed(p.boxes)) } }
                 td { (signed(p.rate)) }
                 @if hits { td { (p.wrong.map_or_else(|| "—".to_owned(), |w| grouped(&significant(w, 3)))) } }
+                @if flips {
+                    @if let Some((compared, different)) = p.flips {
+                        td { (grouped(&compared.to_string())) } td { (grouped(&different.to_string())) }
+                    } @else { td { "—" } td { "—" } }
+                    td { (p.excess.map_or_else(|| "—".to_owned(), |x| signed(Some(1.0 + x)))) }
+                }
             } } } }
+        } }
+    }
+}
+
+/// The price of watertight hits.
+fn prices(accuracy: &Accuracy) -> Markup {
+    let million = |x: f64| grouped(&significant(x, 3));
+    html! {
+        h3 id="robust" { "The price of no miss" }
+        p {
+            "A watertight kernel decides in f64; its twin in -fast walks the same tree and stops at an f32 test. Wrong hits of the fast one by their kind: \
+             an edge slipped through, another triangle at another place, a t off by more than 4 units in the last place; in a million rays."
+        }
+        div .scroll { table {
+            thead { tr {
+                th .name { "Kernel" } th .name { "Rays" } th { "ns a ray" } th { "ns a ray, fast" } th { "Time for watertight hits" }
+                th { "Wrong" } th { "Missed, fast" } th { "Other, fast" } th { "t off, fast" }
+            } }
+            tbody { @for p in all_prices(accuracy) { tr {
+                td .name { (p.kernel) } td .name { (p.rays) }
+                td { (padded(p.nanoseconds[0], 3)) } td { (padded(p.nanoseconds[1], 3)) } td { (signed(Some(p.factor()))) }
+                td { (million(p.robust_wrong)) } @for wrong in p.wrong { td { (million(wrong)) } }
+            } } }
         } }
     }
 }
@@ -151,7 +192,7 @@ fn every<'a>(rows: impl Iterator<Item = &'a AccuracyRow>) -> Markup {
             thead { tr {
                 th .name { "Study" } th .name { "Method" } th { "Arity" } th { "Setting" } th .name { "Rays" } th { "Build ms (least–most)" }
                 th { "SAH" } th { "Bytes" } th { "MRays/s (least–most)" } th { "Boxes a ray" } th { "Triangles a ray" }
-                th { "Missed" } th { "Other" } th { "t off" }
+                th { "Missed" } th { "Other" } th { "t off" } th { "Decided otherwise" }
             } }
             tbody { @for r in rows { tr title=[(!r.note.is_empty()).then_some(&r.note)] {
                 td .name { (r.study) } th .name { (r.method) } td { (r.arity) }
@@ -162,8 +203,9 @@ fn every<'a>(rows: impl Iterator<Item = &'a AccuracyRow>) -> Markup {
                     td { (number(r.mrays_per_s, 3)) " (" (number(r.mrays_per_s_min, 3)) "–" (number(r.mrays_per_s_max, 3)) ")" }
                     td { (number(r.box_tests_per_ray, 4)) } td { (number(r.tri_tests_per_ray, 4)) }
                     td { (count(r.missed)) } td { (count(r.other)) } td { (count(r.off)) }
+                    td { (count(r.different)) }
                 } @else {
-                    td colspan="9" { span .mark { (r.status.id()) @if !r.note.is_empty() { ": " (r.note) } } }
+                    td colspan="10" { span .mark { (r.status.id()) @if !r.note.is_empty() { ": " (r.note) } } }
                 }
             } } }
         } }
@@ -181,7 +223,8 @@ fn footer(accuracy: &Accuracy) -> Markup {
                 dt { "Commit" } dd { code { (distinct(&|r| r.commit.clone())) } }
                 dt { "Machine" } dd { (distinct(&|r| r.machine.clone())) "; threads " (distinct(&|r| r.threads.to_string())) }
                 dt { "Rows" } dd { (accuracy.rows.len()) " settings in " code { "rows/accuracy.csv" } ", factors in "
-                    a href="tables/accuracy.csv" { "tables/accuracy.csv" } }
+                    a href="tables/accuracy.csv" { "tables/accuracy.csv" } ", the price of watertight hits in "
+                    a href="tables/accuracy-robust.csv" { "tables/accuracy-robust.csv" } }
                 dt { "Measure again" } dd { code { "bvh-lab accuracy --out DIR" } }
                 dt { "Draw again" } dd { code { "bvh-lab report --rows DIR/rows --out DIR" } }
             }

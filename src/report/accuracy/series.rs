@@ -32,6 +32,10 @@ pub(crate) struct Point {
     pub boxes: Option<f64>,
     /// Wrong hits per million rays, over all scenes together: not a factor.
     pub wrong: Option<f64>,
+    /// Decisions over all scenes together, and those of them that are not the exact ones.
+    pub flips: Option<(usize, usize)>,
+    /// The greatest relative excess of such a choice's cost.
+    pub excess: Option<f64>,
 }
 
 /// All series, in the order of the rows.
@@ -50,7 +54,7 @@ pub(crate) fn all(accuracy: &Accuracy) -> Vec<Series<'_>> {
     found
 }
 
-/// What a study's settings are measured by: the method that has no setting, where the study has one; the kernel `scalar`;
+/// What a study's settings are measured by: the method that has no setting, where the study has one; costs without rounding; the kernel `scalar`;
 /// f32 for storage; else the series' own greatest setting.
 pub(crate) fn zero_line<'a>(accuracy: &'a Accuracy, row: &AccuracyRow) -> Option<&'a AccuracyRow> {
     let group = accuracy.rows.iter().filter(|r| {
@@ -59,6 +63,7 @@ pub(crate) fn zero_line<'a>(accuracy: &'a Accuracy, row: &AccuracyRow) -> Option
     });
     match row.study.as_str() {
         "intersection" => group.clone().find(|r| r.method == "scalar"),
+        "decisions" => group.clone().find(|r| r.method == row.method && r.setting.is_none()),
         "planes" | "storage" => group.filter(|r| r.method == row.method).max_by_key(|r| r.setting),
         _ => group.clone().find(|r| r.setting.is_none()),
     }
@@ -90,6 +95,8 @@ fn points(accuracy: &Accuracy, of: &AccuracyRow) -> Vec<Point> {
             rate: mean(|r| r.mrays_per_s),
             bytes: mean(|r| r.bytes.map(|b| b as f64)),
             boxes: mean(|r| r.box_tests_per_ray),
+            flips: total(|r| r.compared).zip(total(|r| r.different)),
+            excess: pairs.iter().map(|p| p.0.largest_excess).max_by(|a, b| a.partial_cmp(b).expect("no NaN")).flatten(),
             wrong: wrong.zip(traced).map(|(wrong, traced)| wrong as f64 / traced as f64 * 1e6),
         }
     };

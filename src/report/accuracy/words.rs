@@ -11,6 +11,7 @@ pub(crate) fn sentences(accuracy: &Accuracy) -> Vec<(String, String)> {
     for s in &series {
         let said = match s.study {
             "planes" | "bins" | "clustering" => settings(s, &series),
+            "decisions" => decisions(s),
             "intersection" => kernel(s),
             _ => storage(s),
         };
@@ -26,6 +27,7 @@ pub(crate) fn unit(study: &str, method: &str) -> &'static str {
         ("bins", _) => "bins an axis",
         ("clustering", "ploc") => "neighbours on either side",
         ("clustering", _) => "candidates",
+        ("decisions", _) => "bits",
         _ => "bits a coordinate",
     }
 }
@@ -119,6 +121,26 @@ fn kernel(s: &Series) -> Option<String> {
     ))
 }
 
+fn decisions(s: &Series) -> Option<String> {
+    let parts: Vec<String> = s
+        .points
+        .iter()
+        .filter_map(|p| {
+            let (compared, different) = p.flips.filter(|f| f.0 > 0)?;
+            Some(format!(
+                "f{} decides {} of {} otherwise than costs without rounding, at most {} above the least cost, and its trees have {} in {} of the time",
+                p.setting?,
+                grouped(&different.to_string()),
+                grouped(&compared.to_string()),
+                percent_of(p.excess?),
+                more_or_less(p.sah?, "less cost", "more cost"),
+                percent_of(p.time?),
+            ))
+        })
+        .collect();
+    (!parts.is_empty()).then(|| format!("{}: {}.", s.method, parts.join("; ")))
+}
+
 fn storage(s: &Series) -> Option<String> {
     let parts: Vec<String> = s
         .points
@@ -134,7 +156,8 @@ fn storage(s: &Series) -> Option<String> {
             ))
         })
         .collect();
-    (!parts.is_empty()).then(|| format!("Nodes of {}, against f32: {}.", s.method, parts.join("; ")))
+    let whose = if s.method.starts_with("arity") { "Nodes of" } else { "Kernel" };
+    (!parts.is_empty()).then(|| format!("{whose} {}, against f32: {}.", s.method, parts.join("; ")))
 }
 
 #[cfg(test)]
