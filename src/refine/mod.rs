@@ -1,4 +1,7 @@
 //! Refinement: from a tree to a tree. Each step is one file and one entry of [`STEPS`].
+//!
+//! Every step takes trees whose leaves hold parts of triangles (spatial splits), too: the box of a leaf stays what it is, wherever
+//! the leaf goes. A triangle that stands in several leaves counts as often, until leaves are made of them.
 
 mod bottom_up;
 mod collapse;
@@ -39,13 +42,6 @@ pub enum Step {
     Rotations,
     /// [`restructure`].
     Treelets,
-}
-
-impl Step {
-    /// Whether it can be taken on a tree in which spatial splits put parts of a triangle into several leaves.
-    pub const fn takes_parts(self) -> bool {
-        matches!(self, Self::Leaves)
-    }
 }
 
 /// What a step is called, where it comes from, and the code.

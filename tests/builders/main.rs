@@ -142,7 +142,7 @@ fn every_step_and_every_collapse_after_every_builder() {
                 let refine = step.id.parse().unwrap();
                 let options = BuildOptions { arity, collapse, refine, ..BuildOptions::default() };
                 let thesis = !builder.presets.is_empty();
-                if builder.spatial && !step.step.takes_parts() || thesis && (step.step != Step::Leaves || arity > 2) {
+                if thesis && (step.step != Step::Leaves || arity > 2) {
                     assert!(builder.check(&options).is_err(), "{}+{}", builder.id, step.id);
                     continue;
                 }

@@ -77,10 +77,6 @@ impl Builder {
             let message = "only top-down, preset published, engine literal adds its costs in f32";
             return Err(BuildError::Parameter(message.into()));
         }
-        if let Some(step) = options.refine.iter().find(|info| self.spatial && !info.step.takes_parts()) {
-            let message = format!("{} puts triangles into several leaves, which +{} cannot take", self.id, step.id);
-            return Err(BuildError::Parameter(message));
-        }
         if !self.presets.is_empty() {
             self.check_leaves(options)?;
         }
