@@ -6,7 +6,7 @@ mod agreement;
 #[path = "../benches/peers/tree.rs"]
 mod tree;
 
-use agreement::{Difference, compare};
+use agreement::{Difference, compare, compare_occlusion};
 use bvh_lab::bvh::{Bvh, Limits, Node, tree_hash, validate};
 use bvh_lab::geom::{Aabb, Ray, Triangle};
 use bvh_lab::trace::HitRecord;
@@ -48,6 +48,14 @@ fn a_triangle_that_sticks_out_of_its_leaves_is_found() {
     assert!(covers(&halves(1.9, vec![0, 0]), &triangles, &boxes).unwrap_err().contains("triangle 0"));
     assert!(covers(&halves(2.0, vec![0, 1]), &triangles, &boxes).unwrap_err().contains("triangle 0"));
     assert!(covers(&halves(2.0, vec![0, 7]), &triangles, &boxes).unwrap_err().contains("triangle 7"));
+}
+
+#[test]
+fn shadow_rays_are_answered_by_yes_or_no() {
+    let hits = [0, 7, u32::MAX, u32::MAX].map(|triangle| HitRecord { triangle, t: 0.0 });
+    let others = [3, u32::MAX, u32::MAX, 0].map(|triangle| HitRecord { triangle, t: 1.0 });
+    assert_eq!(compare_occlusion(&hits, &hits), Difference::default());
+    assert_eq!(compare_occlusion(&hits, &others), Difference { at_edges: 0, elsewhere: 2 });
 }
 
 #[test]
