@@ -1,19 +1,19 @@
 //! What a surface reflects of the lights: one shadow ray a hit, or the studio's light.
 
 use super::RayKind::Shadow;
-use super::integrator::{Row, Work, cast, is_blocked, is_hole};
-use super::lights::LightPoint;
+use super::integrator::{Look, Work, cast, is_blocked, is_hole};
+use super::lights::Lights;
 use super::optics::fresnel;
-use super::sampler::Sampler;
+use super::reflectance::Reflectance;
+use super::sampler::Choice;
 use super::split::surface_filter;
 use super::stage::Stage;
-use super::studio::{has_highlight, highlight};
 use super::surface::{Surface, texture_coordinates};
 use crate::geom::{Hit, Ray};
-use crate::scene::{Effect, Material};
+use crate::scene::Effect;
 use crate::trace::leave_surface;
-use glam::{DVec3, Vec3};
-use std::f32::consts::{FRAC_1_PI, PI};
+use glam::Vec3;
+use std::f32::consts::FRAC_1_PI;
 
 /// The light that the surface itself reflects: of the scene's lights, or else of the studio's.
 #[inline(never)]
@@ -24,14 +24,14 @@ pub(super) fn reflected<
     const CUT: bool,
     const TEXTURE: bool,
 >(
-    row: &Row,
+    look: Look,
     ray: &Ray,
     hit: &Hit,
     surface: &Surface,
-    (sampler, pair): (&Sampler, u32),
+    choice: Choice,
     work: &mut Work,
 ) -> Vec3 {
-    let stage = row.stage;
+    let stage = look.stage;
     let id = stage.material_id(hit);
     let material = &stage.materials[id];
     let mut diffuse = material.diffuse;
@@ -44,52 +44,69 @@ pub(super) fn reflected<
     if SHADOW {
         let start = leave_surface(ray, hit, &stage.scene.triangles[hit.triangle as usize]);
         if let Some(lights) = &stage.lights {
-            let light =
-                lights.sample(&stage.scene.triangles, &stage.scene.material_ids, &stage.materials, sampler.pair(pair));
-            let glossy = has_highlight(material) && !stage.called_for[id].has(Effect::Mirror);
-            let glossy = if glossy { Some(material) } else { None };
-            // Towards the viewer a little brighter, so that corners show where no light reaches directly.
-            let facing = 0.75 + 0.25 * surface.cosine() as f32;
-            let ambient = diffuse * FRAC_1_PI * lights.ambient() * facing;
-            return ambient + lit::<CLEAR, BENDS, CUT>(stage, start, surface, &light, (diffuse, glossy), work);
+            let is_glossy = !stage.called_for[id].has(Effect::Mirror);
+            let reflectance = Reflectance::of(material, diffuse, is_glossy);
+            let mut light = ambient(lights, surface, diffuse);
+            if let Some(direct) = choose(lights, start, surface, &reflectance, choice) {
+                light += direct.light * visibility::<CLEAR, BENDS, CUT>(stage, direct.shadow, work);
+            }
+            return light;
         }
         // Forced, and no light to go to: towards the key light, for nothing.
-        visibility::<CLEAR, BENDS, CUT>(stage, Ray::new(start, row.studio.key().as_vec3()), work);
+        visibility::<CLEAR, BENDS, CUT>(stage, Ray::new(start, look.studio.key().as_vec3()), work);
     }
-    row.studio.shade(surface, diffuse, material)
+    look.studio.shade(surface, diffuse, material)
 }
 
-/// The light of one point of a light: no shadow ray where it lies behind the surface.
+/// Light that was reflected more than once: towards the viewer a little brighter, so that corners show where no light reaches
+/// directly.
 #[inline(always)]
-fn lit<const CLEAR: bool, const BENDS: bool, const CUT: bool>(
-    stage: &Stage,
+pub(super) fn ambient(lights: &Lights, surface: &Surface, diffuse: Vec3) -> Vec3 {
+    diffuse * FRAC_1_PI * lights.ambient() * (0.75 + 0.25 * surface.cosine() as f32)
+}
+
+/// What comes from one point of a light, if nothing is between.
+pub(super) struct Direct {
+    /// Up to the light and not further.
+    pub(super) shadow: Ray,
+    /// What the surface reflects of it towards the viewer.
+    pub(super) light: Vec3,
+}
+
+/// A point of a light, by one choice: of those that the lights offer, or where the surface is glossy of those that its highlight
+/// shows. Either counts by what both together are likely to choose (the balance heuristic for one sample, Veach 1997, section
+/// 9.2.4). None where it lies behind the surface: no shadow ray then, nor where nothing is reflected.
+pub(super) fn choose(
+    lights: &Lights,
     start: Vec3,
     surface: &Surface,
-    light: &LightPoint,
-    (diffuse, glossy): (Vec3, Option<&Material>),
-    work: &mut Work,
-) -> Vec3 {
+    reflectance: &Reflectance,
+    choice: Choice,
+) -> Option<Direct> {
     /// The share of the way that a shadow ray goes: the light does not block itself.
     const ALMOST: f32 = 1.0 - 1e-4;
-    let way = light.point - start.as_dvec3();
-    let squared = way.length_squared();
-    let towards = way / squared.sqrt();
-    let (cosine, at_light) = (surface.normal.dot(towards), light.cosine(towards));
-    if !(cosine > 0.0 && surface.flat.dot(towards) > 0.0 && at_light > 0.0) {
-        return Vec3::ZERO;
+    if reflectance.is_black() {
+        return None;
     }
-    let seen = visibility::<CLEAR, BENDS, CUT>(stage, Ray { t_max: ALMOST, ..Ray::new(start, way.as_vec3()) }, work);
-    if seen == Vec3::ZERO {
-        return Vec3::ZERO;
+    let from = start.as_dvec3();
+    let [u, v] = choice.pair().map(f64::from);
+    let gloss = if lights.are_few() { reflectance.gloss() } else { 0.0 };
+    let point = if u < gloss {
+        lights.along(from, surface.normal, reflectance.sample(surface, [u / gloss, v]))?
+    } else {
+        lights.sample(from, surface.normal, [(u - gloss) / (1.0 - gloss), v])?
+    };
+    let towards = point.way.normalize_or_zero();
+    let cosine = surface.normal.dot(towards);
+    if !(cosine > 0.0 && surface.flat.dot(towards) > 0.0) {
+        return None;
     }
-    let mut reflectance = diffuse * FRAC_1_PI;
-    if let Some(material) = glossy {
-        let half: DVec3 = (towards - surface.direction).normalize_or_zero();
-        // (n + 8)/8π makes the highlight's energy that of Ks (Akenine-Möller et al. 2008, section 7.6).
-        let normalised = (material.shininess.clamp(1.0, 1e5) + 8.0) / (8.0 * PI);
-        reflectance += material.specular * normalised * highlight(half.dot(surface.normal), material.shininess) as f32;
+    let mut density = (1.0 - gloss) * point.density;
+    if gloss > 0.0 {
+        density += gloss * reflectance.density(surface, towards);
     }
-    seen * light.radiance * reflectance * (cosine * at_light / squared) as f32
+    let light = point.emission * reflectance.from(surface, towards) * (cosine / density) as f32;
+    Some(Direct { shadow: Ray { t_max: ALMOST, ..Ray::new(start, point.way.as_vec3()) }, light })
 }
 
 /// What share of the light arrives along a shadow ray, by colour: through clear surfaces in a straight line, less what they

@@ -1,6 +1,7 @@
 //! Where a scene without a camera is looked at from: from inside where it is a room, through its open side where it has one,
-//! near what its triangles are in where that is small.
+//! near what many of its triangles are in where that is small.
 
+use super::crowd::crowded;
 use crate::geom::{Aabb, Ray};
 use crate::scene::{Camera, Scene};
 use crate::trace::{Query, Scratch, Tracer};
@@ -12,11 +13,6 @@ const SIGHTS: u32 = 128;
 const GRID: u32 = 24;
 /// Field of view inside a room, in degrees.
 const ROOM_FOV: f32 = 65.0;
-/// The part of the triangles that may lie outside of what is framed, on either side of each axis.
-const STRAY: f64 = 0.025;
-/// How much smaller than the scene that must be.
-const SMALL: f64 = 1.0 / 3.0;
-
 /// The camera of the scene's file, upright; or one that shows what there is to see.
 pub(super) fn viewpoint(scene: &Scene, tracer: &Tracer) -> Camera {
     let bounds = scene.bounds();
@@ -53,24 +49,6 @@ fn upwards(bounds: &Aabb) -> Vec3 {
 /// A direction in a world whose y is up, in one whose z is.
 fn z_up(v: DVec3) -> DVec3 {
     DVec3::new(v.x, -v.z, v.y)
-}
-
-/// The box around all but the outermost triangles, if it is small in the scene's: a thing on a wide floor. Else the scene's.
-fn crowded(scene: &Scene, bounds: &Aabb) -> Aabb {
-    let boxes = scene.boxes();
-    let stray = (boxes.len() as f64 * STRAY) as usize;
-    let (mut least, mut greatest) = (DVec3::ZERO, DVec3::ZERO);
-    for axis in 0..3 {
-        let mut centres: Vec<f64> = boxes.iter().map(|b| b.centre()[axis]).collect();
-        centres.sort_unstable_by(f64::total_cmp);
-        (least[axis], greatest[axis]) = (centres[stray], centres[centres.len() - 1 - stray]);
-    }
-    // A floor's middle can lie among them, too.
-    let longest = 2.0 * (greatest - least).length();
-    let inside =
-        |b: &&Aabb| b.extent().length() <= longest && b.centre().cmpge(least).all() && b.centre().cmple(greatest).all();
-    let crowd = Aabb::union_of(boxes.iter().filter(inside));
-    if crowd.is_valid() && crowd.extent().length() < SMALL * bounds.extent().length() { crowd } else { *bounds }
 }
 
 struct Eye<'a> {
@@ -200,14 +178,6 @@ mod tests {
         let (eye, towards) = (camera.eye, camera.look_at - camera.eye);
         assert!(eye.cmpgt(Vec3::ZERO).all() && eye.cmplt(Vec3::new(8.0, 3.0, 4.0)).all(), "{camera:?}");
         assert!(towards.length() > 6.0, "{camera:?}");
-    }
-
-    #[test]
-    fn a_thing_on_a_wide_floor_is_seen_from_near() {
-        let mut list: Vec<_> = (0..60).map(|i| (UNIT.0, UNIT.1 * (0.5 + 0.005 * i as f32), false, false)).collect();
-        list.push((Vec3::new(-50.0, -1.0, -50.0), Vec3::new(50.0, 0.0, 50.0), false, false));
-        let camera = found(&boxes(&list));
-        assert!(camera.eye.length() < 5.0, "{camera:?}");
     }
 
     #[test]

@@ -7,21 +7,48 @@
 use super::RayCounts;
 use super::RayKind::{self, CutOut, Primary, Shadow};
 use super::direct::reflected;
-use super::sampler::Sampler;
+use super::sampler::{Choice, Sampler};
 use super::split::{Here, split};
 use super::stage::Stage;
 use super::studio::Studio;
 use super::surface::texture_coordinates;
 use crate::geom::{Hit, Ray};
-use crate::scene::Effect;
+use crate::scene::{Effect, View};
 use crate::trace::{Query, Scratch};
 use glam::Vec3;
 
-/// One row of a picture.
-pub(super) struct Row<'a> {
+/// Where primary rays come from. A parameter of the renderer and not an object behind a pointer: where nothing is hit, making
+/// the ray is most of what a pixel costs.
+pub(super) trait Primaries: Sync {
+    /// The ray of a sample of pixel (`x`, `y`).
+    fn ray(&self, x: u32, y: u32, sampler: Sampler) -> Ray;
+}
+
+/// Rays of an ordinary picture: spread over the area of each pixel, or one through its centre.
+pub(super) struct ThroughPixels {
+    pub(super) view: View,
+    pub(super) is_spread: bool,
+}
+
+impl Primaries for ThroughPixels {
+    #[inline(always)]
+    fn ray(&self, x: u32, y: u32, sampler: Sampler) -> Ray {
+        let [dx, dy] = if self.is_spread { sampler.choice(0).pair() } else { [0.5; 2] };
+        self.view.ray_through(f64::from(x) + f64::from(dx), f64::from(y) + f64::from(dy))
+    }
+}
+
+/// A stage as it is looked at: the studio's lights go with the camera.
+#[derive(Clone, Copy)]
+pub(super) struct Look<'a> {
     pub(super) stage: &'a Stage<'a>,
     pub(super) studio: &'a Studio,
-    pub(super) primary: &'a (dyn Fn(u32, u32, &Sampler) -> Ray + Sync),
+}
+
+/// One row of a picture.
+pub(super) struct Row<'a, P> {
+    pub(super) look: Look<'a>,
+    pub(super) primaries: &'a P,
     pub(super) y: u32,
     pub(super) samples: u32,
 }
@@ -45,18 +72,24 @@ pub(super) struct Segment {
     pub(super) depth: u32,
 }
 
+/// Fills a row of pixels.
+pub(super) type RenderRow<P> = fn(&Row<P>, &mut [Vec3], &mut Work);
+
 /// The renderer of every set of effects, by its bits ([`crate::scene::EffectSet::bits`]).
-pub(super) const ROWS: [fn(&Row, &mut [Vec3], &mut Work); 128] = seq_macro::seq!(E in 0..128 {
-    [#(render_row::<
-        { on(E, Effect::Mirror) },
-        { on(E, Effect::Transparency) },
-        { on(E, Effect::Refraction) },
-        { on(E, Effect::Shadow) },
-        { on(E, Effect::Emission) },
-        { on(E, Effect::CutOut) },
-        { on(E, Effect::Texture) },
-    >,)*]
-});
+pub(super) const fn renderers<P: Primaries>() -> [RenderRow<P>; 128] {
+    seq_macro::seq!(E in 0..128 {
+        [#(render_row::<
+            P,
+            { on(E, Effect::Mirror) },
+            { on(E, Effect::Transparency) },
+            { on(E, Effect::Refraction) },
+            { on(E, Effect::Shadow) },
+            { on(E, Effect::Emission) },
+            { on(E, Effect::CutOut) },
+            { on(E, Effect::Texture) },
+        >,)*]
+    })
+}
 
 /// Whether the set of effects with these bits has one.
 const fn on(bits: u8, effect: Effect) -> bool {
@@ -64,6 +97,7 @@ const fn on(bits: u8, effect: Effect) -> bool {
 }
 
 fn render_row<
+    P: Primaries,
     const MIRROR: bool,
     const CLEAR: bool,
     const BENDS: bool,
@@ -72,7 +106,7 @@ fn render_row<
     const CUT: bool,
     const TEXTURE: bool,
 >(
-    row: &Row,
+    row: &Row<P>,
     pixels: &mut [Vec3],
     work: &mut Work,
 ) {
@@ -81,8 +115,8 @@ fn render_row<
         let mut sum = Vec3::ZERO;
         for index in 0..row.samples {
             let sampler = pixel_sampler.at(index);
-            let ray = (row.primary)(x, row.y, &sampler);
-            sum += radiance::<MIRROR, CLEAR, BENDS, SHADOW, EMISSION, CUT, TEXTURE>(row, ray, &sampler, work);
+            let ray = row.primaries.ray(x, row.y, sampler);
+            sum += radiance::<MIRROR, CLEAR, BENDS, SHADOW, EMISSION, CUT, TEXTURE>(row.look, ray, sampler, work);
         }
         *pixel = sum / row.samples as f32;
     }
@@ -98,18 +132,19 @@ fn radiance<
     const CUT: bool,
     const TEXTURE: bool,
 >(
-    row: &Row,
+    look: Look,
     ray: Ray,
-    sampler: &Sampler,
+    sampler: Sampler,
     work: &mut Work,
 ) -> Vec3 {
     let mut segment = Segment { ray, kind: Primary, weight: Vec3::ONE, depth: 0 };
     let mut sum = Vec3::ZERO;
-    // Pair 0 of the sampler chose the place in the pixel.
-    let mut pair = 1;
+    // Choice 0 of the sampler is the place in the pixel.
+    let mut number = 1;
     loop {
+        let choice = sampler.choice(number);
         sum += segment.weight
-            * along::<MIRROR, CLEAR, BENDS, SHADOW, EMISSION, CUT, TEXTURE>(row, &segment, (sampler, pair), work);
+            * along::<MIRROR, CLEAR, BENDS, SHADOW, EMISSION, CUT, TEXTURE>(look, &segment, choice, work);
         if const { !(MIRROR || CLEAR || BENDS) } {
             return sum;
         }
@@ -117,7 +152,7 @@ fn radiance<
             Some(next) => segment = next,
             None => return sum,
         }
-        pair += 1;
+        number += 1;
     }
 }
 
@@ -131,12 +166,12 @@ fn along<
     const CUT: bool,
     const TEXTURE: bool,
 >(
-    row: &Row,
+    look: Look,
     segment: &Segment,
-    choice: (&Sampler, u32),
+    choice: Choice,
     work: &mut Work,
 ) -> Vec3 {
-    let stage = row.stage;
+    let stage = look.stage;
     let mut ray = segment.ray;
     let Some(hit) = closest::<CUT>(stage, &mut ray, segment.kind, work) else {
         return stage.nothing(segment.kind, ray.direction);
@@ -149,7 +184,11 @@ fn along<
         let here = Here { stage, ray: &ray, hit: &hit, surface: &surface, material, id };
         opaque = split::<MIRROR, CLEAR, BENDS>(&here, segment, work);
     }
-    let mut light = opaque * reflected::<CLEAR, BENDS, SHADOW, CUT, TEXTURE>(row, &ray, &hit, &surface, choice, work);
+    let mut light = Vec3::ZERO;
+    // What lets all light through or mirrors all of it has none to reflect by itself.
+    if const { !(MIRROR || CLEAR || BENDS) } || opaque != Vec3::ZERO || stage.forced.has(Effect::Shadow) {
+        light = opaque * reflected::<CLEAR, BENDS, SHADOW, CUT, TEXTURE>(look, &ray, &hit, &surface, choice, work);
+    }
     if EMISSION {
         light += material.emission;
     }

@@ -1,42 +1,110 @@
-//! Area lights: triangles whose material emits, picked by their power, and the light that they leave in the air.
+//! Area lights: triangles whose material emits, the choice of a point of one, and the light that they leave in the air.
 
+use super::solid_angle::SolidAngle;
 use crate::geom::{Ray, Triangle};
 use crate::scene::{Effect, Material};
 use crate::trace::{Query, Scratch, Tracer};
+use arrayvec::ArrayVec;
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
+
+/// Up to so many lights, one is picked by what each looks like from the point that is lit; of more, by power alone.
+const FEW: usize = 32;
+/// The solid angle in steradians from which on points are uniform by it. Below, the square of the distance and the cosine at the
+/// light are nearly the same all over the triangle, and points uniform by area are as good.
+const WIDE: f64 = 0.02;
 
 /// Every triangle that emits light. Both sides do, as which one is out is not known of every mesh; but not a side that has
 /// something close before it: what a lamp is mounted on.
 #[derive(Clone, Debug)]
 pub(super) struct Lights {
-    /// Triangle ids, by id.
-    triangles: Vec<u32>,
+    /// By triangle id.
+    lights: Vec<Light>,
     /// Shares of the power of all lights up to and with each; the last is 1.
     cumulative: Vec<f32>,
-    /// Whether each shines on its front (counter-clockwise) and on its back.
-    sides: Vec<[bool; 2]>,
     /// Irradiance that light reflected more than once is taken for.
     ambient: Vec3,
 }
 
-/// A point on a light.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LightPoint {
-    pub(super) point: DVec3,
-    /// Of unit length, at the front.
-    normal: DVec3,
+/// A triangle that emits light.
+#[derive(Clone, Debug)]
+struct Light {
+    corners: [DVec3; 3],
+    /// Twice the area long, at the front.
+    cross: DVec3,
+    emission: Vec3,
+    /// Whether it shines on its front (counter-clockwise) and on its back.
     sides: [bool; 2],
-    /// Emitted radiance over the density of the choice, per unit of area.
-    pub(super) radiance: Vec3,
 }
 
-impl LightPoint {
-    /// The cosine at the light of the way `towards` it, of unit length; 0 where it comes from a side that does not shine.
-    pub(super) fn cosine(&self, towards: DVec3) -> f64 {
-        let cosine = self.normal.dot(towards);
+/// A point of a light as it is seen from one that it may light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LightPoint {
+    /// From the one to the other.
+    pub(super) way: DVec3,
+    /// Emitted radiance.
+    pub(super) emission: Vec3,
+    /// How dense [`Lights::sample`] is about it, per steradian.
+    pub(super) density: f64,
+}
+
+impl Light {
+    /// Whether the side that is seen from `from` shines.
+    fn shines_at(&self, from: DVec3) -> bool {
+        let height = self.cross.dot(self.corners[0] - from);
         let [front, back] = self.sides;
-        if (cosine < 0.0 && front) || (cosine > 0.0 && back) { cosine.abs() } else { 0.0 }
+        (height < 0.0 && front) || (height > 0.0 && back)
+    }
+
+    /// How much of it is likely to arrive on a surface: emission by solid angle and mean cosine at the corners, up to a factor.
+    /// Zero only where nothing arrives.
+    fn importance(&self, from: DVec3, normal: DVec3) -> f64 {
+        if !self.shines_at(from) {
+            return 0.0;
+        }
+        let seen = SolidAngle::of(self.corners.map(|corner| corner - from));
+        let cosines: f64 = seen.towards().iter().map(|t| t.dot(normal).max(0.0)).sum();
+        seen.stand_in() * cosines * f64::from(self.emission.element_sum())
+    }
+
+    /// The point of it on the line along `way`, as seen from `from`, for a light picked with probability `picked`; none where the
+    /// numbers do not suffice.
+    fn point(&self, seen: &SolidAngle, way: DVec3, picked: f64) -> Option<LightPoint> {
+        let steradians = seen.steradians();
+        let density = if steradians >= WIDE {
+            1.0 / steradians
+        } else {
+            // The cross product is twice the area long: area times cosine is half of this.
+            let squared = way.length_squared();
+            squared / (0.5 * (self.cross.dot(way) / squared.sqrt()).abs())
+        };
+        let density = density * picked;
+        let is_usable = way.is_finite() && density.is_finite() && density > 0.0;
+        is_usable.then_some(LightPoint { way, emission: self.emission, density })
+    }
+
+    /// A point of it as seen from `from`, by two numbers of [0, 1), for a light picked with probability `picked`.
+    fn sample(&self, from: DVec3, picked: f64, [u, v]: [f64; 2]) -> Option<LightPoint> {
+        let [a, b, c] = self.corners;
+        let seen = SolidAngle::of(self.corners.map(|corner| corner - from));
+        let way = if seen.steradians() >= WIDE {
+            let direction = seen.sample([u, v]);
+            direction * (self.cross.dot(a - from) / self.cross.dot(direction))
+        } else {
+            // Uniform over the triangle (Turk 1990): parallel strips by the root, along them evenly.
+            let root = u.sqrt();
+            a + (b - a) * (root * (1.0 - v)) + (c - a) * (root * v) - from
+        };
+        self.point(&seen, way, picked)
+    }
+
+    /// How far it is along `direction`, of unit length; none where that misses it.
+    fn distance(&self, from: DVec3, direction: DVec3) -> Option<f64> {
+        let [a, b, c] = self.corners.map(|corner| corner - from);
+        let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| p.cross(q).dot(direction));
+        let is_inside = sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0);
+        let distance = self.cross.dot(a) / self.cross.dot(direction);
+        (is_inside && distance > 0.0 && distance.is_finite()).then_some(distance)
     }
 }
 
@@ -46,26 +114,30 @@ impl Lights {
         let triangles = tracer.triangles();
         let emission = |id: usize| {
             let material = &materials[usize::from(ids[id])];
-            if Effect::Shadow.is_called_for_by(material) { material.emission } else { Vec3::ZERO }
+            if Effect::Shadow.is_called_for_by(material) { material.emission.max(Vec3::ZERO) } else { Vec3::ZERO }
         };
-        let power = |id: usize| triangles[id].area() * f64::from(emission(id).max(Vec3::ZERO).element_sum());
-        let lights: Vec<usize> = (0..triangles.len()).filter(|&id| power(id) > 0.0 && power(id).is_finite()).collect();
-        let total: f64 = lights.iter().map(|&id| power(id)).sum();
+        let power = |id: usize| triangles[id].area() * f64::from(emission(id).element_sum());
+        let shining: Vec<usize> = (0..triangles.len()).filter(|&id| power(id) > 0.0 && power(id).is_finite()).collect();
+        let total: f64 = shining.iter().map(|&id| power(id)).sum();
         if !(total > 0.0 && total.is_finite()) {
             return None;
         }
         let mut sum = 0.0;
-        let mut cumulative: Vec<f32> = Vec::with_capacity(lights.len());
-        for &id in &lights {
+        let mut cumulative: Vec<f32> = Vec::with_capacity(shining.len());
+        for &id in &shining {
             sum += power(id);
             cumulative.push((sum / total) as f32);
         }
         *cumulative.last_mut()? = 1.0;
-        let flux = lights.iter().map(|&id| emission(id) * (triangles[id].area() as f32 * PI)).sum();
-        let triangle_ids = lights.iter().map(|&id| id as u32).collect();
+        let flux = shining.iter().map(|&id| emission(id) * (triangles[id].area() as f32 * PI)).sum();
         let mut scratch = Scratch::default();
-        let sides = lights.iter().map(|&id| open_sides(&triangles[id], tracer, &mut scratch)).collect();
-        Some(Self { triangles: triangle_ids, cumulative, sides, ambient: ambient(flux, triangles, ids, materials) })
+        let lights = shining.iter().map(|&id| Light {
+            corners: triangles[id].v.map(|p| p.as_dvec3()),
+            cross: triangles[id].cross(),
+            emission: emission(id),
+            sides: open_sides(&triangles[id], tracer, &mut scratch),
+        });
+        Some(Self { lights: lights.collect(), cumulative, ambient: ambient(flux, triangles, ids, materials) })
     }
 
     /// Irradiance of light that was reflected more than once.
@@ -73,29 +145,60 @@ impl Lights {
         self.ambient
     }
 
-    /// A point on a light, by two numbers of [0, 1): lights are picked by power, points by area.
-    pub(super) fn sample(
-        &self,
-        triangles: &[Triangle],
-        ids: &[u16],
-        materials: &[Material],
-        [u, v]: [f32; 2],
-    ) -> LightPoint {
-        let place = self.cumulative.partition_point(|&c| c <= u).min(self.cumulative.len() - 1);
-        let below = if place == 0 { 0.0 } else { self.cumulative[place - 1] };
-        let share = self.cumulative[place] - below;
+    /// What arrives at `from`, on a surface whose normal there is `normal`, from a point of a light, by two numbers of [0, 1);
+    /// none where all lights are behind the surface or show it a side that does not shine.
+    pub(super) fn sample(&self, from: DVec3, normal: DVec3, [u, v]: [f64; 2]) -> Option<LightPoint> {
+        let (place, below, picked) =
+            if self.are_few() { self.pick_by_importance(from, normal, u)? } else { self.pick_by_power(u as f32) };
+        let light = &self.lights[place];
+        if !light.shines_at(from) {
+            return None;
+        }
         // What is left of the number after the pick is as good as a new one.
-        let u = f64::from(((u - below) / share).clamp(0.0, 1.0));
-        let id = self.triangles[place] as usize;
-        let [a, b, c] = triangles[id].v.map(|p| p.as_dvec3());
-        let cross = triangles[id].cross();
-        // Uniform over the triangle (Turk 1990): parallel strips by the root, along them evenly.
-        let (root, v) = (u.sqrt(), f64::from(v));
-        let point = a + (b - a) * (root * (1.0 - v)) + (c - a) * (root * v);
-        let area = 0.5 * cross.length();
-        let emission = materials[usize::from(ids[id])].emission;
-        let sides = self.sides[place];
-        LightPoint { point, normal: cross.normalize_or_zero(), sides, radiance: emission * (area as f32 / share) }
+        light.sample(from, picked, [((u - below) / picked).clamp(0.0, 1.0), v])
+    }
+
+    /// Whether there are so few that [`Self::along`] knows how [`Self::sample`] picks.
+    pub(super) fn are_few(&self) -> bool {
+        self.lights.len() <= FEW
+    }
+
+    /// The nearest point of a light along `direction`, of unit length, of few lights.
+    pub(super) fn along(&self, from: DVec3, normal: DVec3, direction: DVec3) -> Option<LightPoint> {
+        let met = self.lights.iter().enumerate().filter_map(|(i, light)| Some((i, light.distance(from, direction)?)));
+        let (place, distance) = met.reduce(|a, b| if b.1 < a.1 { b } else { a })?;
+        let light = &self.lights[place];
+        let importances = self.importances(from, normal);
+        let picked = importances[place] / importances.iter().sum::<f64>();
+        light.point(&SolidAngle::of(light.corners.map(|corner| corner - from)), direction * distance, picked)
+    }
+
+    fn importances(&self, from: DVec3, normal: DVec3) -> ArrayVec<f64, FEW> {
+        self.lights.iter().take(FEW).map(|light| light.importance(from, normal)).collect()
+    }
+
+    /// The light picked by `u`, the numbers below that pick an earlier one, and the probability of the pick.
+    fn pick_by_importance(&self, from: DVec3, normal: DVec3, u: f64) -> Option<(usize, f64, f64)> {
+        let importances = self.importances(from, normal);
+        let total: f64 = importances.iter().sum();
+        let mut below = 0.0;
+        let mut last = None;
+        for (place, importance) in importances.into_iter().enumerate().filter(|&(_, i)| i > 0.0) {
+            let picked = importance / total;
+            last = Some((place, below, picked));
+            if u < below + picked {
+                break;
+            }
+            below += picked;
+        }
+        last
+    }
+
+    /// As [`Self::pick_by_importance`], by power.
+    fn pick_by_power(&self, u: f32) -> (usize, f64, f64) {
+        let place = self.cumulative.partition_point(|&c| c <= u).min(self.cumulative.len() - 1);
+        let below = if place == 0 { 0.0 } else { f64::from(self.cumulative[place - 1]) };
+        (place, below, f64::from(self.cumulative[place]) - below)
     }
 }
 
@@ -164,37 +267,95 @@ mod tests {
     fn a_side_against_a_wall_does_not_shine() {
         let square = |z: f32| Triangle::new(Vec3::new(-4.0, -4.0, z), Vec3::new(8.0, -4.0, z), Vec3::new(-4.0, 8.0, z));
         let materials = [Material::default(), lamp(1.0)];
-        let towards = |wall: f32, z: f64| {
+        let shines = |wall: f32, z: f64| {
             let triangles = [square(0.0), square(wall), square(3.0)];
             let lights = lights(&triangles, &[1, 0, 0], &materials).unwrap();
-            lights.sample(&triangles, &[1, 0, 0], &materials, [0.5; 2]).cosine(DVec3::Z * z)
+            lights.sample(DVec3::Z * z, DVec3::Z * -z, [0.5; 2]).is_some()
         };
-        assert_eq!((towards(-1.0, 1.0), towards(-1.0, -1.0)), (1.0, 1.0), "open to both sides");
-        assert_eq!((towards(-0.01, 1.0), towards(-0.01, -1.0)), (0.0, 1.0), "the wall is behind it");
-        assert_eq!((towards(0.01, 1.0), towards(0.01, -1.0)), (1.0, 0.0), "before it, and nothing is behind");
+        assert_eq!((shines(-1.0, 1.0), shines(-1.0, -1.0)), (true, true), "open to both sides");
+        assert_eq!((shines(-0.01, 1.0), shines(-0.01, -1.0)), (true, false), "the wall is behind it");
+        assert_eq!((shines(0.01, 1.0), shines(0.01, -1.0)), (false, true), "before it, and nothing is behind");
+    }
+
+    /// The mean over an n × n grid of numbers of what a surface at `from` receives, and the mean of its square.
+    fn irradiance(lights: &Lights, from: DVec3, normal: DVec3, n: u16) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for i in 0..n {
+            for j in 0..n {
+                let u = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(n));
+                if let Some(light) = lights.sample(from, normal, u) {
+                    let cosine = light.way.normalize().dot(normal).max(0.0);
+                    let received = f64::from(light.emission.x) * cosine / light.density;
+                    sums[0] += received;
+                    sums[1] += received * received;
+                }
+            }
+        }
+        sums.map(|sum| sum / f64::from(n * n))
+    }
+
+    /// The irradiance by a polygon of radiance 1 that is wholly above the surface (Lambert 1760).
+    fn of_polygon(corners: &[DVec3], from: DVec3, normal: DVec3) -> f64 {
+        let towards: Vec<_> = corners.iter().map(|c| (c - from).normalize()).collect();
+        let edge = |i: usize| {
+            let (a, b) = (towards[i], towards[(i + 1) % towards.len()]);
+            a.dot(b).acos() * a.cross(b).normalize().dot(normal)
+        };
+        0.5 * (0..towards.len()).map(edge).sum::<f64>().abs()
     }
 
     #[test]
-    fn lights_are_picked_by_power_and_points_by_area() {
+    fn a_surface_receives_what_lamberts_formula_says() {
         let (triangles, ids, materials) = scene();
         let lights = lights(&triangles, &ids, &materials).unwrap();
-        assert_eq!(lights.triangles, [0, 1]);
-        let n = 64;
-        let (mut first, mut inner) = (0, 0);
-        for i in 0..n * n {
-            let u = [(i % n) as f32, (i / n) as f32].map(|k| (k + 0.5) / n as f32);
-            let light = lights.sample(&triangles, &ids, &materials, u);
-            assert_eq!(light.normal, DVec3::Z);
-            // Radiance · area / probability is the whole power over π, whichever was picked.
-            assert!((light.radiance.x - 6.0).abs() < 1e-4, "{}", light.radiance);
-            if light.point.x < 5.0 {
-                first += 1;
-                // A quarter of the area is nearer to the right angle than the line between the middles of the legs.
-                inner += usize::from(light.point.x + light.point.y < 1.0);
-            }
+        // From near, by solid angle; from far, by area; and between the two lights.
+        for from in [
+            DVec3::new(0.6, 0.4, -0.3),
+            DVec3::new(1.0, -3.0, 2.0),
+            DVec3::new(-30.0, 9.0, 40.0),
+            DVec3::new(6.0, 1.0, 4.0),
+        ] {
+            let normal = -DVec3::Z * from.z.signum();
+            let [mean, _] = irradiance(&lights, from, normal, 200);
+            let exact: f64 = [(0, 1.0), (1, 8.0)]
+                .iter()
+                .map(|&(id, radiance): &(usize, f64)| {
+                    radiance * of_polygon(&triangles[id].v.map(|p| p.as_dvec3()), from, normal)
+                })
+                .sum();
+            assert!((mean / exact - 1.0).abs() < 0.01, "{from}: {mean} {exact}");
         }
-        assert_eq!(first, n * n / 3 / n * n);
-        assert!((inner as f64 / first as f64 - 0.25).abs() < 0.03, "{inner} of {first}");
+    }
+
+    #[test]
+    fn the_light_that_matters_is_picked_and_noise_is_little() {
+        let (triangles, ids, materials) = scene();
+        let lights = lights(&triangles, &ids, &materials).unwrap();
+        // Right under the weaker one: by power it would be picked once in three times, and near points of it would glare.
+        let [mean, square] = irradiance(&lights, DVec3::new(0.7, 0.7, -0.1), DVec3::Z, 64);
+        assert!(square / (mean * mean) < 1.2, "{mean} {square}");
+    }
+
+    #[test]
+    fn many_lights_are_picked_by_power() {
+        let (mut triangles, mut ids, materials) = scene();
+        triangles.extend([triangles[0]; FEW]);
+        ids.extend([1; FEW]);
+        let lights = lights(&triangles, &ids, &materials).unwrap();
+        let from = DVec3::new(1.0, -3.0, 2.0);
+        let [mean, _] = irradiance(&lights, from, DVec3::NEG_Z, 200);
+        let exact = |id: usize| of_polygon(&triangles[id].v.map(|p| p.as_dvec3()), from, DVec3::NEG_Z);
+        let exact = exact(0) * (FEW + 1) as f64 + exact(1) * 8.0;
+        assert!((mean / exact - 1.0).abs() < 0.02, "{mean} {exact}");
+    }
+
+    #[test]
+    fn what_is_behind_the_surface_is_not_picked() {
+        let (triangles, ids, materials) = scene();
+        let lights = lights(&triangles, &ids, &materials).unwrap();
+        assert!(lights.sample(DVec3::new(0.5, 0.5, 1.0), DVec3::Z, [0.3; 2]).is_none());
+        assert!(lights.sample(DVec3::new(0.5, 0.5, 0.0), DVec3::Z, [0.3; 2]).is_none(), "in its plane");
+        assert!(lights.sample(DVec3::ZERO, DVec3::Z, [0.3; 2]).is_none(), "at its corner");
     }
 
     #[test]

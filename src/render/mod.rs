@@ -19,6 +19,7 @@
 //! ```
 
 mod counts;
+mod crowd;
 mod direct;
 mod film;
 mod framing;
@@ -27,13 +28,16 @@ mod integrator;
 mod lights;
 mod optics;
 mod options;
+mod reflectance;
 mod sampler;
+mod solid_angle;
 mod split;
 mod stage;
 mod studio;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod winding;
 
 pub use counts::{RayCounts, RayKind};
 pub use film::{Film, FilmError};

@@ -24,11 +24,26 @@ impl Sampler {
         Self { index, ..self }
     }
 
-    /// Two numbers of [0, 1) for the `pair`-th choice along the ray's way.
+    /// The `number`-th choice along the ray's way.
     #[inline]
-    pub(super) fn pair(&self, pair: u32) -> [f32; 2] {
-        let seed = hash(self.pixel ^ hash(pair));
-        let index = scramble(self.index, seed);
+    pub(super) fn choice(self, number: u32) -> Choice {
+        Choice { seed: hash(self.pixel ^ hash(number)), index: self.index }
+    }
+}
+
+/// One choice of a sample, in two dimensions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Choice {
+    seed: u32,
+    index: u32,
+}
+
+impl Choice {
+    /// Two numbers of [0, 1).
+    #[inline]
+    pub(super) fn pair(self) -> [f32; 2] {
+        let Self { seed, index } = self;
+        let index = scramble(index, seed);
         [scramble(index.reverse_bits(), hash(seed ^ 1)), scramble(second_dimension(index), hash(seed ^ 2))].map(unit)
     }
 }
@@ -72,8 +87,8 @@ mod tests {
     #[test]
     fn every_pair_of_dimensions_is_stratified() {
         // A (0,2)-sequence: of the first 16 points, one lies in each cell of 16 × 1, 8 × 2, 4 × 4, 2 × 8 and 1 × 16.
-        for (x, y, pair) in [(0, 0, 0), (17, 4, 1), (799, 599, 7)] {
-            let points: Vec<_> = (0..16).map(|i| Sampler::of_pixel(x, y).at(i).pair(pair)).collect();
+        for (x, y, number) in [(0, 0, 0), (17, 4, 1), (799, 599, 7)] {
+            let points: Vec<_> = (0..16).map(|i| Sampler::of_pixel(x, y).at(i).choice(number).pair()).collect();
             for columns in [1, 2, 4, 8, 16] {
                 let rows = 16 / columns;
                 let mut cells: Vec<_> = points
@@ -104,9 +119,12 @@ mod tests {
 
     #[test]
     fn pixels_and_pairs_differ() {
-        let first = Sampler::of_pixel(3, 4).pair(0);
-        assert_ne!(first, Sampler::of_pixel(4, 3).pair(0));
-        assert_ne!(first, Sampler::of_pixel(3, 4).pair(1));
-        assert!((0..1000).all(|i| Sampler::of_pixel(i, 1).at(i).pair(i).iter().all(|u| (0.0..1.0).contains(u))));
+        let pair = |x, y, number| Sampler::of_pixel(x, y).choice(number).pair();
+        let first = pair(3, 4, 0);
+        assert_ne!(first, pair(4, 3, 0));
+        assert_ne!(first, pair(3, 4, 1));
+        assert!(
+            (0..1000).all(|i| Sampler::of_pixel(i, 1).at(i).choice(i).pair().iter().all(|u| (0.0..1.0).contains(u)))
+        );
     }
 }

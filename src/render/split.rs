@@ -33,16 +33,19 @@ impl Here<'_> {
         Ray { t_min: self.hit.t.next_up(), ..*self.ray }
     }
 
-    /// The ray on the other side; none beyond the critical angle.
+    /// The ray on the other side; none beyond the critical angle. A smooth normal can bend it back out of the surface; the flat one
+    /// then takes its place.
     fn refracted(&self, eta: f64) -> Option<Ray> {
-        let direction = refract(self.surface.direction, self.surface.normal, eta)?;
+        let Surface { direction, normal, flat, .. } = *self.surface;
+        let smooth = refract(direction, normal, eta)?;
+        let direction = if smooth.dot(flat) < 0.0 { smooth } else { refract(direction, flat, eta)? };
         Some(Ray::new(enter_surface(self.ray, self.hit, self.triangle()), direction.as_vec3()))
     }
 
     /// The index of refraction on the ray's side over that behind: of what is around bodies it is 1.
     fn eta(&self) -> f64 {
         let index = f64::from(self.material.refraction_index).max(f64::from(f32::MIN_POSITIVE));
-        if self.surface.is_outside { 1.0 / index } else { index }
+        if self.stage.is_outside(self.hit, self.surface.is_front) { 1.0 / index } else { index }
     }
 }
 

@@ -2,12 +2,12 @@
 
 use super::film::Film;
 use super::framing::viewpoint;
-use super::integrator::{ROWS, Row, Work};
+use super::integrator::{Look, Primaries, Row, ThroughPixels, Work, renderers};
 use super::lights::Lights;
 use super::options::{Demand, Frame, StageOptions};
-use super::sampler::Sampler;
 use super::studio::Studio;
 use super::surface::Surface;
+use super::winding::{Inward, inward};
 use super::{RayCounts, RayKind};
 use crate::bvh::Bvh;
 use crate::geom::{Hit, Ray};
@@ -40,6 +40,8 @@ pub struct Stage<'a> {
     pub(super) least_weight: f32,
     pub(super) background: Vec3,
     normals: Vec<[Vec3; 3]>,
+    /// Where refraction is on: triangles that face into their body.
+    inward: Vec<bool>,
     on: EffectSet,
     warnings: Vec<String>,
 }
@@ -109,6 +111,16 @@ impl<'a> Stage<'a> {
         };
         let textures = pictures(Effect::Texture, |m| &m.diffuse_map);
         let cut_outs = pictures(Effect::CutOut, |m| &m.opacity_map);
+        let bends = |id: usize| {
+            let material = scene.material_ids[id];
+            called_for[usize::from(material)].has(Effect::Refraction).then_some(material)
+        };
+        let Inward { triangles: inward, bodies } =
+            if on.has(Effect::Refraction) { inward(&scene.triangles, bends) } else { Inward::default() };
+        if bodies > 0 {
+            let objects = if bodies == 1 { "object is" } else { "objects are" };
+            warnings.push(format!("{bodies} closed clear {objects} wound inwards; light bends as if turned outwards"));
+        }
         let tracer = Tracer::new(options.kernel, bvh, &scene.triangles);
         let lights = on.has(Effect::Shadow).then(|| Lights::of(&scene.material_ids, &materials, &tracer)).flatten();
         Ok(Self {
@@ -123,6 +135,7 @@ impl<'a> Stage<'a> {
             depth,
             least_weight,
             normals: smooth_normals(scene),
+            inward,
             on,
             warnings,
             materials,
@@ -154,7 +167,12 @@ impl<'a> Stage<'a> {
         viewpoint(self.scene, &self.tracer)
     }
 
-    /// Pictures that could not be read, a line each.
+    /// Whether a ray that comes from the front of the triangle, or from its back, is outside of what it bounds.
+    pub(super) fn is_outside(&self, hit: &Hit, from_front: bool) -> bool {
+        from_front != self.inward.get(hit.triangle as usize).is_some_and(|&inward| inward)
+    }
+
+    /// What was not as it should be, a line each: pictures that could not be read, clear bodies that are wound inwards.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
@@ -168,30 +186,22 @@ impl<'a> Stage<'a> {
     /// Takes a picture, on the current rayon pool: the same light and the same counts for any number of threads.
     pub fn render(&self, camera: &Camera, frame: &Frame) -> Picture {
         let view = camera.view(frame.width, frame.height);
-        let one_ray = frame.rays_per_pixel <= 1;
-        self.render_rays(camera, frame, &|x, y, sampler| {
-            let [dx, dy] = if one_ray { [0.5; 2] } else { sampler.pair(0) };
-            view.ray_through(f64::from(x) + f64::from(dx), f64::from(y) + f64::from(dy))
-        })
+        self.render_rays(camera, frame, &ThroughPixels { view, is_spread: frame.rays_per_pixel > 1 })
     }
 
     /// As [`Self::render`], by any primary rays; the camera says where the studio's lights stand.
-    pub(super) fn render_rays(
-        &self,
-        camera: &Camera,
-        frame: &Frame,
-        primary: &(dyn Fn(u32, u32, &Sampler) -> Ray + Sync),
-    ) -> Picture {
+    pub(super) fn render_rays<P: Primaries>(&self, camera: &Camera, frame: &Frame, primaries: &P) -> Picture {
         let (width, height) = (frame.width as usize, frame.height as usize);
         let mut pixels = vec![Vec3::ZERO; width * height];
         let studio = Studio::of(camera);
-        let run = ROWS[usize::from(self.on.bits())];
+        let look = Look { stage: self, studio: &studio };
+        let run = const { renderers::<P>() }[usize::from(self.on.bits())];
         let rays = pixels
             .par_chunks_mut(width.max(1))
             .enumerate()
             .map_init(Work::default, |work, (y, pixels)| {
                 let samples = frame.rays_per_pixel.max(1);
-                let row = Row { stage: self, studio: &studio, primary, y: y as u32, samples };
+                let row = Row { look, primaries, y: y as u32, samples };
                 work.rays = RayCounts::default();
                 run(&row, pixels, work);
                 work.rays

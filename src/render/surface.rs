@@ -10,8 +10,8 @@ pub(super) struct Surface {
     pub(super) flat: DVec3,
     /// The unit normal to shade with, on the ray's side.
     pub(super) normal: DVec3,
-    /// Whether the ray comes from outside, the corners being counter-clockwise as seen from there.
-    pub(super) is_outside: bool,
+    /// Whether the ray comes from the side from which the corners are counter-clockwise.
+    pub(super) is_front: bool,
     /// Unit direction of the ray.
     pub(super) direction: DVec3,
 }
@@ -27,9 +27,9 @@ impl Surface {
             (a * u + b * v + c * w).try_normalize()
         });
         let normal = smooth.unwrap_or(flat);
-        let is_outside = flat.dot(direction) <= 0.0;
-        let side = if is_outside { 1.0 } else { -1.0 };
-        Self { flat: flat * side, normal: normal * side, is_outside, direction }
+        let is_front = flat.dot(direction) <= 0.0;
+        let side = if is_front { 1.0 } else { -1.0 };
+        Self { flat: flat * side, normal: normal * side, is_front, direction }
     }
 
     /// Cosine of the angle between the ray and the normal, at least 0.
@@ -82,7 +82,7 @@ mod tests {
         for z in [1.0, -1.0] {
             let ray = Ray::new(Vec3::new(0.5, 0.25, z), Vec3::new(0.0, 0.0, -z));
             let surface = Surface::at(&T, Some(&corners), &ray, &Hit { triangle: 0, t: 1.0 });
-            assert_eq!((surface.flat, surface.is_outside), (DVec3::Z * f64::from(z), z > 0.0));
+            assert_eq!((surface.flat, surface.is_front), (DVec3::Z * f64::from(z), z > 0.0));
             assert!(surface.normal.x * f64::from(z) > 0.05 && surface.normal.y == 0.0, "{}", surface.normal);
             assert!(surface.mirrored().dot(surface.flat) > 0.0);
         }

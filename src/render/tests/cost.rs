@@ -11,14 +11,14 @@
 
 use crate::bvh::Bvh;
 use crate::geom::{Ray, Triangle};
+use crate::render::direct::{ambient, choose};
+use crate::render::reflectance::Reflectance;
 use crate::render::sampler::Sampler;
-use crate::render::studio::{has_highlight, highlight};
 use crate::render::{Frame, RayCounts, RayKind, Stage, StageOptions};
 use crate::scene::{Camera, Effect, Material, Scene};
 use crate::trace::testing::median_split;
 use crate::trace::{Query, Scratch, leave_surface};
 use glam::Vec3;
-use std::f32::consts::{FRAC_1_PI, PI};
 use std::time::Instant;
 
 const FRAME: Frame = Frame { width: 160, height: 120, rays_per_pixel: 4 };
@@ -46,36 +46,23 @@ fn lit_spheres() -> (Scene, Bvh) {
 /// The picture by a renderer that has primary rays, shadow rays and area lights, and nothing else.
 #[inline(never)]
 fn plain_picture(stage: &Stage, camera: &Camera, frame: &Frame) -> (Vec<Vec3>, [u64; 2]) {
-    const ALMOST: f32 = 1.0 - 1e-4;
     let (scene, lights) = (stage.scene, stage.lights.as_ref().unwrap());
     let view = camera.view(frame.width, frame.height);
     let mut scratch = Scratch::default();
     let mut rays = [0; 2];
-    let mut light_along = |ray: &Ray, sampler: &Sampler| {
+    let mut light_along = |ray: &Ray, sampler: Sampler| {
         rays[0] += 1;
         let Some(hit) = stage.tracer.trace(Query::Closest, ray, &mut scratch, &mut ()) else { return Vec3::ZERO };
         let id = hit.triangle as usize;
         let surface = stage.surface(ray, &hit);
         let material = &stage.materials[usize::from(scene.material_ids[id])];
         let start = leave_surface(ray, &hit, &scene.triangles[id]);
-        let light = lights.sample(&scene.triangles, &scene.material_ids, &stage.materials, sampler.pair(1));
-        let mut sum = material.diffuse * FRAC_1_PI * lights.ambient() * (0.75 + 0.25 * surface.cosine() as f32);
-        let way = light.point - start.as_dvec3();
-        let squared = way.length_squared();
-        let towards = way / squared.sqrt();
-        let (cosine, at_light) = (surface.normal.dot(towards), light.cosine(towards));
-        if cosine > 0.0 && surface.flat.dot(towards) > 0.0 && at_light > 0.0 {
+        let mut sum = ambient(lights, &surface, material.diffuse);
+        let reflectance = Reflectance::of(material, material.diffuse, true);
+        if let Some(direct) = choose(lights, start, &surface, &reflectance, sampler.choice(1)) {
             rays[1] += 1;
-            let shadow = Ray { t_max: ALMOST, ..Ray::new(start, way.as_vec3()) };
-            if stage.tracer.trace(Query::Any, &shadow, &mut scratch, &mut ()).is_none() {
-                let mut reflectance = material.diffuse * FRAC_1_PI;
-                if has_highlight(material) {
-                    let half = (towards - surface.direction).normalize_or_zero();
-                    let normalised = (material.shininess.clamp(1.0, 1e5) + 8.0) / (8.0 * PI);
-                    reflectance +=
-                        material.specular * normalised * highlight(half.dot(surface.normal), material.shininess) as f32;
-                }
-                sum += light.radiance * reflectance * (cosine * at_light / squared) as f32;
+            if stage.tracer.trace(Query::Any, &direct.shadow, &mut scratch, &mut ()).is_none() {
+                sum += direct.light;
             }
         }
         sum + material.emission
@@ -87,9 +74,9 @@ fn plain_picture(stage: &Stage, camera: &Camera, frame: &Frame) -> (Vec<Vec3>, [
             let mut sum = Vec3::ZERO;
             for index in 0..frame.rays_per_pixel {
                 let sampler = pixel_sampler.at(index);
-                let [dx, dy] = sampler.pair(0);
+                let [dx, dy] = sampler.choice(0).pair();
                 let ray = view.ray_through(f64::from(x) + f64::from(dx), f64::from(y) + f64::from(dy));
-                sum += light_along(&ray, &sampler);
+                sum += light_along(&ray, sampler);
             }
             pixels.push(sum / frame.rays_per_pixel as f32);
         }

@@ -1,10 +1,13 @@
 //! Exact counts of rays by kind, and pictures that do not depend on what is not called for.
 
 mod cost;
+mod lighting;
 mod pictures;
 
+use super::integrator::Primaries;
+use super::sampler::Sampler;
 use super::{Demand, Frame, Picture, RayCounts, RayKind, Stage, StageOptions};
-use crate::geom::Triangle;
+use crate::geom::{Ray, Triangle};
 use crate::rows::Lighting;
 use crate::scene::{Camera, Effect, EffectSet, Material, Object, Scene, smooth_normals};
 use crate::trace::testing::median_split;
@@ -55,6 +58,12 @@ fn glass() -> Material {
 
 fn lamp() -> Material {
     Material { emission: Vec3::splat(5.0), ..matt() }
+}
+
+impl Primaries for PublishedCamera {
+    fn ray(&self, x: u32, y: u32, _: Sampler) -> Ray {
+        self.ray(x, y)
+    }
 }
 
 fn picture(scene: &Scene, demand: Demand) -> Picture {
@@ -204,7 +213,7 @@ fn the_lighting_cases_of_the_thesis_cast_the_rays_of_its_text() {
         ] {
             let options = StageOptions { demand: Demand::Thesis(case), ..StageOptions::default() };
             let stage = Stage::new(&scene, &bvh, &options).unwrap();
-            let rays = stage.render_rays(&scene.camera, &frame, &|x, y, _| camera.ray(x, y)).rays;
+            let rays = stage.render_rays(&scene.camera, &frame, &camera).rays;
             let study = trace_image(&view, case, Reading::Text);
             assert_eq!((rays.total(), study.cut), (study.rays, 0), "{name} {case:?}");
             let secondary = if kind == RayKind::Primary { 0 } else { rays.of(kind) };
