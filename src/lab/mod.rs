@@ -6,6 +6,7 @@ mod build_cell;
 mod closed_form;
 mod compare;
 mod decisions;
+mod dressing;
 mod experiments;
 mod job;
 mod leaf_counts;

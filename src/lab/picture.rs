@@ -1,10 +1,11 @@
-//! Figure 3: the thesis' largest scene, rendered once and kept beside the rows.
+//! Figure 3: the thesis' largest scene, as it is and in materials and light of ours, rendered once and kept beside the rows.
 
-use crate::build::{self, BuildOptions, Counters, Input};
+use super::dressing::dressed;
+use crate::build::{self, Brake, BuildOptions, Input};
 use crate::render::{Frame, Stage, StageError, StageOptions};
 use crate::rows::{RowError, write_whole};
 use crate::scene::{Scene, SceneError};
-use image::ImageFormat;
+use image::{ImageFormat, RgbImage};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -36,25 +37,36 @@ pub enum PictureError {
     },
 }
 
-/// Renders `figure3.png` into the folder of the rows, unless a whole one is there; it never stands there in part.
+/// Renders `figure3.png` and `figure3-lit.png` into the folder of the rows, unless whole ones are there; they never stand there in
+/// part.
 ///
 /// # Errors
 /// [`PictureError`].
 pub fn figure3(rows: &Path) -> Result<(), PictureError> {
-    let path = rows.join("figure3.png");
-    if image::open(&path).is_ok() {
+    std::fs::create_dir_all(rows).map_err(|source| RowError::Io { what: "create", path: rows.into(), source })?;
+    let as_it_is = Frame { width: 900, height: 900, rays_per_pixel: 9 };
+    once(&rows.join("figure3.png"), || taken(&Scene::load(SCENE)?, &as_it_is))?;
+    let lit = Frame { width: 640, height: 640, rays_per_pixel: 128 };
+    once(&rows.join("figure3-lit.png"), || taken(&dressed(Scene::load(SCENE)?), &lit))
+}
+
+fn once(path: &Path, picture: impl FnOnce() -> Result<RgbImage, PictureError>) -> Result<(), PictureError> {
+    if image::open(path).is_ok() {
         return Ok(());
     }
-    std::fs::create_dir_all(rows).map_err(|source| RowError::Io { what: "create", path: rows.into(), source })?;
-    let scene = Scene::load(SCENE)?;
-    let builder = build::find("top-down").expect("it is registered");
-    let bvh = (builder.counted)(Input::of_boxes(&scene.boxes()), &BuildOptions::default(), &mut Counters::default())?;
-    let stage = Stage::new(&scene, &bvh, &StageOptions::default())?;
-    let picture = stage.render(&scene.camera.upright(), &Frame { width: 900, height: 900, rays_per_pixel: 9 });
-    let picture = picture.film.to_srgb(stage.exposure(&picture.film));
     let mut png = Vec::new();
-    picture
+    picture()?
         .write_to(&mut Cursor::new(&mut png), ImageFormat::Png)
-        .map_err(|source| PictureError::Encode { path: path.clone(), source })?;
-    write_whole(&path, &png).map_err(PictureError::Write)
+        .map_err(|source| PictureError::Encode { path: path.into(), source })?;
+    write_whole(path, &png).map_err(PictureError::Write)
+}
+
+/// A picture by the scene's own camera. The tree is one that is built in no time: it is how a picture is made, not what it shows.
+fn taken(scene: &Scene, frame: &Frame) -> Result<RgbImage, PictureError> {
+    let builder = build::find("binned-sah").expect("it is registered");
+    let boxes = scene.boxes();
+    let bvh = (builder.timed)(Input::of_boxes(&boxes), &BuildOptions::default(), &mut Brake::default())?;
+    let stage = Stage::new(scene, &bvh, &StageOptions::default())?;
+    let film = stage.render(&scene.camera.upright(), frame).film;
+    Ok(film.to_srgb(stage.exposure(&film)))
 }

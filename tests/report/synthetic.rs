@@ -198,4 +198,5 @@ pub fn store(dir: &Path, (builds, traces): (Vec<BuildRow>, Vec<TraceRow>)) {
     traces.into_iter().for_each(|row| file.put(row).unwrap());
     let picture = image::RgbImage::from_fn(300, 300, |x, y| image::Rgb([(x / 2) as u8, (y / 2) as u8, 90]));
     picture.save(dir.join("figure3.png")).unwrap();
+    picture.save(dir.join("figure3-lit.png")).unwrap();
 }

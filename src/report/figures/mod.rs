@@ -84,7 +84,8 @@ pub(crate) fn rendered(name: &str, drawing: &impl Drawing) -> Result<Rendered, R
 /// # Errors
 /// A picture that is not a PNG; a drawing that fails.
 pub(crate) fn draw_all(study: &Study, rows_dir: &Path) -> Result<Figures, ReportError> {
-    let pictures = ["figure3", "wrong-pixels"].map(|name| Ok((name.to_owned(), picture::picture(rows_dir, name)?)));
+    let pictures =
+        ["figure3", "figure3-lit", "wrong-pixels"].map(|name| Ok((name.to_owned(), picture::picture(rows_dir, name)?)));
     let mut figures = pictures.into_iter().collect::<Result<Vec<_>, ReportError>>()?;
     for preset in PRESETS {
         let headline = preset == PRESETS[0];

@@ -1,4 +1,4 @@
-//! Pictures that came from the study, and the same wrapped as SVG: Figure 3, and the pixels that are wrong.
+//! Pictures that came from the study, and the same wrapped as SVG: Figure 3 in two styles, and the pixels that are wrong.
 
 use crate::report::ReportError;
 use crate::report::figures::canvas::Rendered;

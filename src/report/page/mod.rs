@@ -140,18 +140,27 @@ fn headlines(summary: &Summary) -> Markup {
 }
 
 fn figure3(figures: &Figures) -> Markup {
-    let Some(rendered) = figures.get("figure3") else {
+    html! {
+        @if figures.get("figure3").is_some() { h2 id="scene" { "The scene" } }
+        (photograph(figures, "figure3", "Figure 3. The thesis scene, rendered by this program.",
+            "Figure 3. The scene as this program renders it; the five models differ only in how finely it is cut into triangles."))
+        (photograph(figures, "figure3-lit", "The thesis scene with glass, mirrors and lamps.",
+            "The same triangles from the same camera, with materials and lamps of ours: glass with Fresnel reflection and total internal \
+             reflection, polished metal, lacquer, soft shadows of area lights, 128 rays a pixel. The picture that the thesis' three \
+             lighting cases are parts of."))
+    }
+}
+
+/// A picture that the study left; nothing where it left none.
+fn photograph(figures: &Figures, name: &str, alternative: &str, caption: &str) -> Markup {
+    let Some(rendered) = figures.get(name) else {
         return html! {};
     };
     let data = STANDARD.encode(&rendered.png);
     html! {
-        h2 id="scene" { "The scene" }
         figure {
-            div .sheet { img alt="Figure 3. The thesis scene, rendered by this program." src=(format!("data:image/png;base64,{data}")); }
-            figcaption {
-                "Figure 3. The scene as this program renders it; the five models differ only in how finely it is cut into triangles."
-                (Origin::figure("figure3", figures.commit()).line())
-            }
+            div .sheet { img alt=(alternative) src=(format!("data:image/png;base64,{data}")); }
+            figcaption { (caption) (Origin::figure(name, figures.commit()).line()) }
         }
     }
 }

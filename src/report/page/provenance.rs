@@ -34,6 +34,7 @@ impl<'a> Origin<'a> {
         let made = |rows, command: &str| Self { rows, command: command.to_owned(), commit };
         match name.split('_').next().unwrap_or(name) {
             "figure3" => made("rows/figure3.png", "bvh-lab reproduce --only figure3"),
+            "figure3-lit" => made("rows/figure3-lit.png", "bvh-lab reproduce --only figure3"),
             "figure4" | "figure4-extended" => made("rows/builds.csv", "bvh-lab reproduce --only figure4"),
             "figure5" => made("rows/traces.csv", "bvh-lab reproduce --only figure5"),
             "scaling-time" | "scaling-work" => made("rows/scaling.csv", "bvh-lab scaling"),
