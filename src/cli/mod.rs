@@ -18,6 +18,7 @@ use arguments::{Arguments, Command};
 use bvh_lab::scene::SceneError;
 use clap::Parser;
 use std::fmt::Display;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Why a command failed; one line for each failure.
@@ -104,7 +105,7 @@ fn fail(line: &str, status: u8) -> ExitCode {
 
 /// Help and version go where they belong; an error becomes one line.
 fn refused(e: &clap::Error) -> ExitCode {
-    use clap::error::ErrorKind;
+    use clap::error::{ContextKind, ErrorKind};
     match e.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
             let _ = e.print();
@@ -121,7 +122,13 @@ fn refused(e: &clap::Error) -> ExitCode {
                 text.lines().map(str::trim).take_while(|l| !l.starts_with("Usage:") && !l.starts_with("For more"));
             let line = lines.filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" ");
             let line = line.strip_prefix("error: ").unwrap_or(&line);
-            fail(&format!("{line}; see `bvh-lab COMMAND --help`"), 2)
+            let word = e.get(ContextKind::InvalidSubcommand).map(ToString::to_string);
+            match word.filter(|word| Path::new(word).is_file()) {
+                Some(file) => {
+                    fail(&format!("say what to do with it, as in `bvh-lab render {file}` or `compare {file}`"), 2)
+                }
+                None => fail(&format!("{line}; see `bvh-lab COMMAND --help`"), 2),
+            }
         }
     }
 }

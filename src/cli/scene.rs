@@ -107,13 +107,13 @@ fn material(m: &Material, triangles: usize) -> MaterialReport<'_> {
 fn text(r: &SceneReport) -> String {
     let corner = |v: [f32; 3]| v.map(|x| short(x.into())).join(", ");
     let mut lines = vec![
-        format!("{}: {} triangles in {} objects", r.scene, r.triangles, r.objects.len()),
+        format!("{}: {} in {}", r.scene, counted(r.triangles, "triangle"), counted(r.objects.len(), "object")),
         format!("dropped     {} not finite, {} points and lines", r.dropped.not_finite, r.dropped.points_and_lines),
         format!("bounds      ({}) … ({})", corner(r.bounds.min), corner(r.bounds.max)),
         format!("area        {}", short(r.surface_area)),
     ];
     for m in &r.materials {
-        lines.push(format!("material    {}: {} triangles", m.name, m.triangles));
+        lines.push(format!("material    {}: {}", m.name, counted(m.triangles, "triangle")));
     }
     if r.effects.is_empty() {
         lines.push("effects     none called for".into());
@@ -122,4 +122,9 @@ fn text(r: &SceneReport) -> String {
         lines.push(format!("effect      {}, called for by {}", effect.id(), materials.join(", ")));
     }
     lines.join("\n")
+}
+
+/// `1 object`, `2 objects`.
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }

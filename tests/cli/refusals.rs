@@ -28,6 +28,7 @@ fn words_that_are_off_end_with_status_2() {
         ("compare", "SCENE"),
         ("compare thesis:tiny --kernel first-leaf", "depends on the tree"),
         ("compare thesis:tiny -b bottom-up+leaves -k 4", "bottom-up takes +leaves at arity 2 alone"),
+        ("render thesis:tiny --camera 1,2,3", "--camera: '1' is not one of eye=x,y,z"),
         ("compare thesis:tiny --max-leaf 0", "--max-leaf"),
         ("compare thesis:tiny --baseline a.csv", "--fail-if"),
         ("compare thesis:tiny --fail-if sah>1%", "--baseline"),
@@ -177,6 +178,13 @@ fn words_that_are_not_text_are_refused() {
     let mut command = lab.command("scene");
     command.arg(std::ffi::OsStr::from_bytes(b"caf\xe9.obj"));
     refused(&taken_apart(command), 2, "not UTF-8");
+}
+
+#[test]
+fn a_file_without_a_command_is_told_what_could_be_done_with_it() {
+    let lab = Lab::new();
+    lab.fine("scene gen:soup:9 --export some.obj");
+    assert!(lab.refuse("some.obj", 2).contains("as in `bvh-lab render some.obj`"));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Which cameras a call of `render` asks for, and what their pictures are called.
 
 use crate::cli::{Failure, off};
-use bvh_lab::scene::{Camera, CameraSpec, Scene};
+use bvh_lab::scene::{Camera, CameraError, CameraSpec, Scene};
 use std::path::{Path, PathBuf};
 
 /// The word for every camera of a file.
@@ -19,7 +19,10 @@ pub fn chosen(words: &[String], scene: &Scene, own: &Camera) -> Result<Vec<Camer
         } else if word == ALL && !scene.cameras.is_empty() {
             cameras.extend(scene.cameras.iter().map(|named| named.camera));
         } else {
-            let refuse = |e| off(format!("--camera: {e}{}", known(scene)));
+            let refuse = |e: CameraError| {
+                let told = e.to_string();
+                off(format!("--camera: {}{}", told.strip_prefix("camera: ").unwrap_or(&told), known(scene)))
+            };
             cameras.push(word.parse::<CameraSpec>().and_then(|spec| spec.apply(own)).map_err(refuse)?);
         }
     }
