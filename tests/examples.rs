@@ -53,6 +53,16 @@ fn picture_draws_one_and_counts_its_rays() {
 }
 
 #[test]
+fn trace_many_hits_the_same_by_exact_kernels_and_counts_its_rays() {
+    let folder = tempfile::tempdir().unwrap();
+    let [scalar, wide, small, published] = ["scalar", "bvh8", "bvh8-q8", "first-leaf"]
+        .map(|kernel| run("trace_many", &[kernel, "gen:hairball:2000"], folder.path()));
+    assert!(scalar.starts_with("262144 rays, hits "), "{scalar}");
+    assert_eq!((&scalar, &scalar), (&wide, &small));
+    assert_ne!(scalar, published);
+}
+
+#[test]
 fn several_splits_ahead_compares_every_way_at_every_arity() {
     let folder = tempfile::tempdir().unwrap();
     let said = run("several_splits_ahead", &["gen:spheres:300"], folder.path());
