@@ -236,7 +236,7 @@ fn no_cost_rises_above_what_it_was() {
 fn no_step_raises_the_cost() {
     for scene in ["thesis:small", "gen:hairball:3000", "gen:stadium:3000", "gen:coincident:500", "gen:nested:500"] {
         let scene = Scene::load(scene).unwrap();
-        for builder in ["lbvh", "ploc", "binned-sah", "agglo-local"] {
+        for builder in ["lbvh", "ploc", "binned-sah", "agglo-local", "sbvh"] {
             let builder = find(builder).unwrap();
             let cost_after = |steps: &str| {
                 cost(&tree(

@@ -4,7 +4,7 @@
 //! Havran 2013 ("Fast Insertion-Based Optimization of Bounding Volume Hierarchies", section 3) and Meister and Bittner
 //! 2018. With c_trav = c_isect = 1 a subtree of n triangles becomes a leaf when n ≤ `max_leaf` and area · n is not
 //! above what the best form of its subtree costs. Every subtree is decided on its own, so the outcome is the cheapest tree
-//! that can be had by turning subtrees into leaves.
+//! that can be had by turning subtrees into leaves; with spatial splits, if a triangle counts as often as it stands in leaves.
 
 use super::bottom_up::bottom_up;
 use super::layout::depth_first;

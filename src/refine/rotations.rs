@@ -22,7 +22,8 @@ const LEAST_GAIN: f64 = 1e-4;
 const MOST_PASSES: usize = 64;
 
 /// Rotates nodes of the binary tree as long as that lowers its SAH: the one which it has once [`super::open_leaves`] has made
-/// leaves of at most `max_leaf` triangles; it never rises. Leaves stay as they are.
+/// leaves of at most `max_leaf` triangles; it never rises where no triangle stands in several leaves (see
+/// [`super`]). Leaves stay as they are.
 ///
 /// Returns the input where there is nothing to rotate: in a tree of one or two leaves, or one that is not binary. Time is
 /// O(nodes) a pass.

@@ -29,7 +29,8 @@ const LEAST_GAIN: f64 = 1e-3;
 const MOST_PASSES: usize = 16;
 
 /// Gives the treelets of the binary tree their best shapes as long as that lowers its SAH: the one which it has once
-/// [`super::open_leaves`] has made leaves of at most `max_leaf` triangles; it never rises. Leaves stay as they are.
+/// [`super::open_leaves`] has made leaves of at most `max_leaf` triangles; it never rises where no triangle stands in several leaves (see
+/// [`super`]). Leaves stay as they are.
 ///
 /// Returns the input where there is nothing to do: in a tree of one or two leaves, or one that is not binary. Time is O(nodes)
 /// a pass.

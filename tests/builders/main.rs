@@ -80,6 +80,31 @@ fn known_triangles_make_valid_trees_the_same_ones_every_time() {
 }
 
 #[test]
+fn parts_of_triangles_stay_covered_through_every_step() {
+    let mut cut = 0;
+    for family in FAMILIES {
+        for n in [9, 33, 300] {
+            let scene = Scene::load(&format!("gen:{}:{n}", family.name)).unwrap();
+            let boxes = scene.boxes();
+            let input = Input::of_triangles(&scene.triangles, &boxes);
+            for builder in BUILDERS.iter().filter(|builder| builder.spatial) {
+                for (step, arity) in STEPS.iter().flat_map(|step| builder.arities.iter().map(move |&k| (step, k))) {
+                    let refine = step.id.parse().unwrap();
+                    let options = BuildOptions { arity, refine, ..BuildOptions::default() };
+                    let bvh = (builder.timed)(input, &options, &mut Brake::default()).unwrap();
+                    let limits = builder.limits(&options);
+                    if let Err(violations) = validate_parts(&bvh, &scene.triangles, &boxes, &limits) {
+                        panic!("{}+{} k={arity}, {}, {n} triangles: {violations}", builder.id, step.id, family.name);
+                    }
+                    cut += bvh.triangle_ids.len() - scene.triangles.len();
+                }
+            }
+        }
+    }
+    assert!(cut > 1000, "{cut} parts beyond the first of a triangle");
+}
+
+#[test]
 fn nothing_to_build_over_is_an_error() {
     for (builder, options) in variants() {
         assert_eq!(

@@ -64,7 +64,8 @@ impl Reinsertion {
 }
 
 /// Moves subtrees of the binary tree to where they lower its SAH, as long as that gains. That is the SAH which it has once
-/// [`super::open_leaves`] has made leaves of at most `max_leaf` triangles; it never rises. Leaves stay as they are, so trees whose
+/// [`super::open_leaves`] has made leaves of at most `max_leaf` triangles; it never rises where no triangle stands in several leaves (see
+/// [`super`]). Leaves stay as they are, so trees whose
 /// leaves hold one triangle gain most.
 ///
 /// Returns the input where there is nothing to move: in a tree of one or two leaves, or one that is not binary. Near-linear
