@@ -198,7 +198,12 @@ pub(super) fn accepted<T: TriangleTest, S: SlabTest>(
     ray: &Ray,
     triangle: &Triangle,
 ) -> Option<f32> {
-    let t = test.meets(triangle)?;
+    held(test.meets(triangle)?, slabs, ray, triangle)
+}
+
+/// [`accepted`], of a triangle that is met at `t`.
+#[inline(always)]
+pub(super) fn held<S: SlabTest>(t: f32, slabs: S, ray: &Ray, triangle: &Triangle) -> Option<f32> {
     let (entry, exit) = slabs.interval(&triangle.aabb());
     if entry > exit {
         return None;

@@ -60,7 +60,7 @@ fn gather<const W: usize, N: Node<W>, P: Pack<W>, Q: Pack<BLOCK>, D: Pack64, L: 
             (0..block.count).for_each(|_| probe.triangle_test());
             let (mut lanes, surely, known) = if L::WATERTIGHT {
                 let found = watertight::test::<Q, D>(&exact, ray, block);
-                (found.surely | found.perhaps, found.surely, found.t)
+                (found.surely | found.held | found.perhaps, found.surely, found.t)
             } else {
                 ((1 << block.count) - 1, 0, [0.0; BLOCK])
             };

@@ -5,7 +5,7 @@ use super::pack::Pack;
 use super::pack64::Pack64;
 use super::watertight;
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
-use crate::trace::closest::{Goal, accepted, improve};
+use crate::trace::closest::{Goal, accepted, held, improve};
 use crate::trace::slab::{Slabs, pad_up};
 
 /// How triangles are tested.
@@ -73,12 +73,15 @@ impl Leaves for Watertight {
             none => none.insert(WatertightRay::new(search.ray)),
         };
         let found = watertight::test::<Q, D>(ray, search.ray, block);
-        let mut lanes = found.surely | found.perhaps;
+        let mut lanes = found.surely | found.held | found.perhaps;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % BLOCK;
             lanes &= lanes - 1;
             if found.surely >> lane & 1 == 1 {
                 search.offer::<G>(block.ids[lane], Some(found.t[lane]));
+            } else if found.held >> lane & 1 == 1 {
+                let t = held(found.t[lane], search.slabs, search.ray, &block.triangle(lane));
+                search.offer::<G>(block.ids[lane], t);
             } else {
                 test_alone::<G>(ray, block, lane, search);
             }

@@ -13,6 +13,10 @@
 //! - |N| ≥ 2²⁴·B: t is known to a rounding of f32. (Then the triangle has an area too: of one without, |D| ≤ 3δ.)
 //! - |N| > 2·B and t < 0: the triangle is behind the origin for certain, as the one is that a ray has just left. So is the entry
 //!   into its box, and in f32 as well: signs of differences and products are never wrong there. No ray counts hits behind its origin here.
+//! - |N| > 2·B and t ≥ 0, and |D| ≥ 2⁻⁴⁴·R²: the triangle is hit before the origin, and has an area, but its box may move t. So for rays
+//!   into the surface that they start on. (The area is asked for as `WatertightRay` does it: a component of the cross product is
+//!   computed as zero only if it is less than 2⁻⁴⁸·R², as edges are no longer than 2R along any axis; sheared, where no factor is greater
+//!   than one, all three together give a |D| of less than 3·2⁻⁴⁸·R² + 3δ, which is less than 2⁻⁴⁴·R².)
 //! - Else the test is made again, alone, with the triangle's box.
 
 use super::layout::{BLOCK, Block};
@@ -24,13 +28,15 @@ use crate::geom::{Axis, Ray, WatertightRay};
 pub(super) struct Found {
     /// Hit, at a `t` that is well known and within the ray's interval.
     pub surely: u32,
+    /// Hit, at a `t` to be held to the triangle's own box.
+    pub held: u32,
     /// To be tested alone.
     pub perhaps: u32,
     pub t: [f32; BLOCK],
 }
 
 impl Found {
-    const NOTHING: Self = Self { surely: 0, perhaps: 0, t: [0.0; BLOCK] };
+    const NOTHING: Self = Self { surely: 0, held: 0, perhaps: 0, t: [0.0; BLOCK] };
 }
 
 /// Tests the triangles of `block`.
@@ -65,7 +71,13 @@ pub(super) fn test<Q: Pack<BLOCK>, D: Pack64>(prepared: &WatertightRay, ray: &Ra
     let within = Q::splat(ray.t_min).at_most(t) & t.at_most(Q::splat(ray.t_max.min(f32::MAX)));
     let behind = t.below(Q::splat(TINY));
     found.surely = candidates & well & within;
-    found.perhaps = candidates & !well & !(signed & behind);
+    let doubtful = candidates & !well & !(signed & behind);
+    if doubtful != 0 {
+        let reach = l.plus(z);
+        let area = reach.times(reach).times(D::splat(power(-44))).below(determinant.magnitude());
+        found.held = doubtful & signed & area & !t.below(Q::splat(0.0));
+        found.perhaps = doubtful & !found.held;
+    }
     found
 }
 
