@@ -66,6 +66,10 @@ impl Slabs {
     /// Up to which coordinates products of three overflow nowhere: 2⁴⁰.
     pub(super) const PRODUCT_LIMIT: f32 = (1u64 << 40) as f32;
 
+    /// Of no ray.
+    pub(super) const IDLE: Self =
+        Self { origin: Vec3A::ZERO, inverse: Vec3A::ZERO, padded: Vec3A::ZERO, negative: BVec3A::FALSE };
+
     /// Prepares a traceable `ray` for a tree whose root box is `root`; `None` where only [`WideSlabs`] is safe.
     #[inline(always)]
     pub(super) fn new(ray: &Ray, root: &Aabb) -> Option<Self> {

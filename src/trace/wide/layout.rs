@@ -2,6 +2,7 @@
 
 use super::node::Node;
 use super::order::orders;
+use super::pages::{self, HugePages};
 use crate::bvh::{Bvh, NodeKind};
 use crate::geom::{Aabb, Triangle};
 use crate::refine::collapse_by_leaf_cost;
@@ -67,8 +68,8 @@ impl Block {
 /// A tree as the wide kernels walk it, of nodes that keep their children's boxes in f32 or otherwise.
 #[derive(Clone, Debug)]
 pub struct WideBvh<const W: usize, N = WideNode<W>> {
-    pub(super) nodes: Vec<N>,
-    pub(super) blocks: Vec<Block>,
+    pub(super) nodes: pages::Vec<N>,
+    pub(super) blocks: pages::Vec<Block>,
     /// The greatest |coordinate| of the root's box.
     pub(super) reach: f32,
     /// The most entries that a search has open at once, with room for all children of a node behind them.
@@ -90,7 +91,8 @@ impl<const W: usize> WideBvh<W> {
         } else {
             bvh
         };
-        let mut wide = Self { nodes: Vec::new(), blocks: Vec::new(), reach: reach(&bvh.root().aabb), most_open: 0 };
+        let (nodes, blocks) = (pages::Vec::new_in(HugePages), pages::Vec::new_in(HugePages));
+        let mut wide = Self { nodes, blocks, reach: reach(&bvh.root().aabb), most_open: 0 };
         // What stands below each node still to be made: nodes of the tree, side by side; and its depth.
         let mut pending: Vec<(usize, Vec<usize>, usize)> = Vec::new();
         let top = match bvh.nodes[0].kind() {
@@ -150,12 +152,36 @@ impl<const W: usize> WideBvh<W> {
     where
         N: for<'a> From<&'a WideNode<W>>,
     {
-        let Self { nodes, blocks, reach, most_open } = self;
-        WideBvh { nodes: nodes.iter().map(N::from).collect(), blocks, reach, most_open }
+        let Self { nodes: exact, blocks, reach, most_open } = self;
+        let mut nodes = pages::Vec::with_capacity_in(exact.len(), HugePages);
+        nodes.extend(exact.iter().map(N::from));
+        WideBvh { nodes, blocks, reach, most_open }
     }
 }
 
 impl<const W: usize, N> WideBvh<W, N> {
+    /// Tells the processor that the node or leaf `child` will be looked at soon.
+    #[inline(always)]
+    pub(super) fn fetch(&self, child: u32) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            /// Bytes that are fetched at once.
+            const LINE: usize = 64;
+            let (nodes, blocks) = (self.nodes.as_ptr().cast::<i8>(), self.blocks.as_ptr().cast::<i8>());
+            let index = (child & !LEAF) as usize;
+            // Without a branch: whether it is a leaf is what the next step has to guess anyway.
+            let (node, leaf) = (index * size_of::<N>(), index * size_of::<Block>());
+            let start = if child & LEAF == 0 { nodes.wrapping_add(node) } else { blocks.wrapping_add(leaf) };
+            for offset in (0..size_of::<N>().max(size_of::<Block>())).step_by(LINE) {
+                // SAFETY: SSE is part of x86-64; nothing is read, so any address will do.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(offset)) };
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = child;
+    }
+
     /// Bytes of nodes and blocks; the scene's triangles are not needed besides.
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())

@@ -5,7 +5,8 @@
 //! a time, and within its own box, where that could make a difference (`watertight.rs`). Kernels `bvh4-fast` and `bvh8-fast` have
 //! Möller–Trumbore in f32 instead, as most renderers do.
 //!
-//! Many rays at once are quicker than one after another: two are on their way at a time (`search.rs`).
+//! Many rays at once are quicker than one after another: two are on their way at a time (`search.rs`). Trees larger than caches are on
+//! huge pages (`pages.rs`), and where a ray goes next is fetched while the other has its turn. Fetching alone, on small pages, brought nothing.
 //!
 //! A binary tree is collapsed for what these kernels do: a leaf costs by its blocks of four triangles, not by its triangles
 //! (`layout.rs`). Children are entered in an order that is kept with the node (`order.rs`).
@@ -22,6 +23,7 @@ mod node;
 mod order;
 mod pack;
 mod pack64;
+mod pages;
 mod quantised;
 mod search;
 mod watertight;

@@ -3,6 +3,16 @@
 use super::layout::{NONE, WideNode};
 use super::pack::Pack;
 
+/// One of the two planes of a box across an axis, in a type that needs no check as an index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Side {
+    /// At the lesser coordinate.
+    Lower,
+    /// At the greater.
+    Upper,
+}
+
 /// A node of at most `W` children.
 pub trait Node<const W: usize> {
     /// How many children there are; they come before the places that are empty.
@@ -14,8 +24,8 @@ pub trait Node<const W: usize> {
     /// For each octant of directions, the children from near to far ([`super::order`]).
     fn order(&self) -> &[u32; 8];
 
-    /// Of each child's box, the lower (0) or upper (1) plane across an axis.
-    fn planes<P: Pack<W>>(&self, axis: usize, side: usize) -> P;
+    /// Of each child's box, a plane across an axis.
+    fn planes<P: Pack<W>>(&self, axis: usize, side: Side) -> P;
 
     /// Beyond which no ray is inside a child: ∞, or −∞ where there is no child and the planes do not say so.
     fn ends<P: Pack<W>>(&self) -> P;
@@ -35,8 +45,8 @@ impl<const W: usize> Node<W> for WideNode<W> {
         &self.order
     }
     #[inline(always)]
-    fn planes<P: Pack<W>>(&self, axis: usize, side: usize) -> P {
-        P::load(&self.bounds[axis][side])
+    fn planes<P: Pack<W>>(&self, axis: usize, side: Side) -> P {
+        P::load(&self.bounds[axis][side as usize])
     }
     #[inline(always)]
     fn ends<P: Pack<W>>(&self) -> P {

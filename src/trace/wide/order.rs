@@ -3,8 +3,11 @@
 //! The order is worked out once a node and octant, from the middles of the boxes along the octant's diagonal, and kept with
 //! the node. Sorting by where a ray really enters would visit a few nodes less, but costs branches that no processor can
 //! guess; this way all children that are met go to the stack at once, moved together by a table of permutations.
+//!
+//! Where any hit is enough, leaves are looked at before nodes that are nearer, for they may be the end of the search: that saves
+//! much where large triangles stand high up in a tree, as walls do, and nothing is lost elsewhere.
 
-use super::layout::NONE;
+use super::layout::LEAF;
 use super::pack::Pack;
 
 /// Bits of a child's place in an order.
@@ -27,17 +30,18 @@ pub(super) fn orders<const W: usize>(bounds: &[[[f32; W]; 2]; 3]) -> [u32; 8] {
 
 /// How children are put on a stack in an order.
 pub(super) trait Push<const W: usize, P: Pack<W>> {
-    /// Of the children whose `entry` is no more than their `exit`, writes all but the first in `order` to the front of `entries`
-    /// and `names`, far before near; what is behind them is of no meaning. Returns how many they are and the first one, or
-    /// [`NONE`].
+    /// Of the children whose `entry` is no more than their `exit`, writes all but one to the front of `entries` and `names`, far
+    /// before near; what is behind them is of no meaning. Returns how many they are and that one, if any is met: the first in
+    /// `order`, or the first leaf if there is one and `leaf_first`.
     fn push(
         entry: P,
         exit: P,
         child: &[u32; W],
         order: u32,
+        leaf_first: bool,
         entries: &mut [f32; W],
         names: &mut [u32; W],
-    ) -> (usize, u32);
+    ) -> Option<(usize, u32)>;
 }
 
 /// One by one, without branches, by any instructions.
@@ -50,22 +54,32 @@ impl<const W: usize, P: Pack<W>> Push<W, P> for ByEach {
         exit: P,
         child: &[u32; W],
         order: u32,
+        leaf_first: bool,
         entries: &mut [f32; W],
         names: &mut [u32; W],
-    ) -> (usize, u32) {
+    ) -> Option<(usize, u32)> {
         let met = entry.at_most(exit);
         let mut from = [0.0; W];
         entry.store(&mut from);
-        let (mut n, mut first) = (0, NONE);
+        let lane = |place: u32| (order >> (BITS * place)) as usize % W;
+        let places = |lanes: u32| (0..W as u32).map(|place| (lanes >> lane(place) & 1) << place).sum::<u32>();
+        let leaves = (0..W).map(|lane| u32::from(leaf_first && child[lane] & LEAF != 0) << lane).sum();
+        let met = places(met);
+        let first = first_of(met, places(leaves))?;
+        let mut n = 0;
         for place in (0..W as u32).rev() {
-            let lane = (order >> (BITS * place)) as usize % W;
-            (entries[n % W], names[n % W]) = (from[lane], child[lane]);
-            let is_met = met >> lane & 1 == 1;
-            n += usize::from(is_met);
-            first = if is_met { child[lane] } else { first };
+            (entries[n % W], names[n % W]) = (from[lane(place)], child[lane(place)]);
+            n += usize::from(met >> place & 1 == 1 && place != first);
         }
-        (n.saturating_sub(1), first)
+        Some((n, child[lane(first)]))
     }
+}
+
+/// The place to begin with, of the set of those that are met: the first of `leaves`, if there is one.
+#[inline(always)]
+fn first_of(met: u32, leaves: u32) -> Option<u32> {
+    let preferred = if met & leaves != 0 { met & leaves } else { met };
+    (met != 0).then(|| preferred.trailing_zeros())
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -74,7 +88,7 @@ pub(super) use x86::ByPermutation;
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::super::pack::{Avx, Sse};
-    use super::{BITS, NONE, Push};
+    use super::{BITS, Push, first_of};
     use std::arch::x86_64::*;
 
     /// All at once, by AVX2.
@@ -98,14 +112,6 @@ mod x86 {
         table
     };
 
-    /// The first of the children that are met, and the set of the others; both by their places in the order.
-    #[inline(always)]
-    fn split_first<const W: usize>(met: u32, child: &[u32; W], order: u32) -> (u32, usize) {
-        let place = met.trailing_zeros();
-        // Looked up on its own: what is done with it next must not wait for the stack.
-        (child[(order >> (BITS * place)) as usize % W], (met & (met - 1)) as usize)
-    }
-
     impl Push<8, Avx> for ByPermutation {
         #[inline(always)]
         fn push(
@@ -113,9 +119,10 @@ mod x86 {
             exit: Avx,
             child: &[u32; 8],
             order: u32,
+            leaf_first: bool,
             entries: &mut [f32; 8],
             names: &mut [u32; 8],
-        ) -> (usize, u32) {
+        ) -> Option<(usize, u32)> {
             const B: i32 = BITS as i32;
             // SAFETY: whoever names `Avx` has AVX2; the arrays have eight numbers.
             unsafe {
@@ -124,16 +131,23 @@ mod x86 {
                 let lanes = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
                 let met = _mm256_cmp_ps::<_CMP_LE_OQ>(entry.0, exit.0);
                 let met = _mm256_movemask_ps(_mm256_permutevar8x32_ps(met, lanes)) as u32;
-                if met == 0 {
-                    return (0, NONE);
-                }
-                let (first, others) = split_first(met, child, order);
+                let leaves = if leaf_first {
+                    let child = _mm256_loadu_ps(child.as_ptr().cast());
+                    // The mark of a leaf is where f32 has its sign.
+                    _mm256_movemask_ps(_mm256_permutevar8x32_ps(child, lanes)) as u32
+                } else {
+                    0
+                };
+                let first = first_of(met, leaves)?;
+                let others = (met & !(1 << first)) as usize;
+                // Looked up on its own: what is done with it next must not wait for the stack.
+                let first = child[(order >> (BITS * first)) as usize % 8];
                 let members = _mm256_cvtepu8_epi32(_mm_loadl_epi64(MEMBERS[others].as_ptr().cast()));
                 let lanes = _mm256_permutevar8x32_epi32(lanes, members);
                 let child = _mm256_loadu_si256(child.as_ptr().cast());
                 _mm256_storeu_ps(entries.as_mut_ptr(), _mm256_permutevar8x32_ps(entry.0, lanes));
                 _mm256_storeu_si256(names.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(child, lanes));
-                (others.count_ones() as usize, first)
+                Some((others.count_ones() as usize, first))
             }
         }
     }
@@ -145,9 +159,10 @@ mod x86 {
             exit: Sse,
             child: &[u32; 4],
             order: u32,
+            leaf_first: bool,
             entries: &mut [f32; 4],
             names: &mut [u32; 4],
-        ) -> (usize, u32) {
+        ) -> Option<(usize, u32)> {
             const B: i32 = BITS as i32;
             // SAFETY: whoever names this type has AVX2; the arrays have four numbers.
             unsafe {
@@ -156,16 +171,22 @@ mod x86 {
                 let lanes = _mm_srlv_epi32(_mm_set1_epi32(order as i32), shifts);
                 let met = _mm_cmple_ps(entry.0, exit.0);
                 let met = _mm_movemask_ps(_mm_permutevar_ps(met, lanes)) as u32;
-                if met == 0 {
-                    return (0, NONE);
-                }
-                let (first, others) = split_first(met, child, order);
+                let leaves = if leaf_first {
+                    let child = _mm_loadu_ps(child.as_ptr().cast());
+                    _mm_movemask_ps(_mm_permutevar_ps(child, lanes)) as u32
+                } else {
+                    0
+                };
+                let first = first_of(met, leaves)?;
+                let others = (met & !(1 << first)) as usize;
+                // Looked up on its own: what is done with it next must not wait for the stack.
+                let first = child[(order >> (BITS * first)) as usize % 4];
                 let members = _mm_cvtepu8_epi32(_mm_loadl_epi64(MEMBERS[others].as_ptr().cast()));
                 let lanes = _mm_castps_si128(_mm_permutevar_ps(_mm_castsi128_ps(lanes), members));
                 let child = _mm_loadu_ps(child.as_ptr().cast());
                 _mm_storeu_ps(entries.as_mut_ptr(), _mm_permutevar_ps(entry.0, lanes));
                 _mm_storeu_ps(names.as_mut_ptr().cast(), _mm_permutevar_ps(child, lanes));
-                (others.count_ones() as usize, first)
+                Some((others.count_ones() as usize, first))
             }
         }
     }
@@ -183,12 +204,13 @@ mod tests {
         entry: &[f32; W],
         exit: &[f32; W],
         order: u32,
+        child: &[u32; W],
+        leaf_first: bool,
     ) -> Vec<(f32, u32)> {
-        let child = std::array::from_fn(|lane| 100 + lane as u32);
         let (mut entries, mut names) = ([0.0; W], [0; W]);
-        let (n, last) = O::push(P::load(entry), P::load(exit), &child, order, &mut entries, &mut names);
-        let last = (last != NONE).then(|| (entry[last as usize - 100], last));
-        entries.into_iter().zip(names).take(n).chain(last).collect()
+        let pushed = O::push(P::load(entry), P::load(exit), child, order, leaf_first, &mut entries, &mut names);
+        let Some((n, last)) = pushed else { return Vec::new() };
+        entries.into_iter().zip(names).take(n).chain([(entry[(last & !LEAF) as usize - 100], last)]).collect()
     }
 
     fn check<const W: usize, P: Pack<W>, O: Push<W, P>>(seed: u64) {
@@ -206,11 +228,18 @@ mod tests {
                     let signs = [octant & 1, octant >> 1 & 1, octant >> 2].map(|s| 1.0 - 2.0 * s as f32);
                     (0..3).map(|axis| signs[axis] * (bounds[axis][0][lane] + bounds[axis][1][lane])).sum::<f32>()
                 };
-                let found = pushed::<W, P, O>(&entry, &exit, order);
+                let leaves = random.below(1 << W) as u32;
+                let child = std::array::from_fn(|lane| (100 + lane as u32) | (leaves >> lane as u32 & 1) << 31);
                 let mut expected: Vec<_> = (0..W).filter(|&lane| entry[lane] <= exit[lane]).collect();
                 expected.sort_by(|&a, &b| far(b).total_cmp(&far(a)));
-                let expected: Vec<_> = expected.into_iter().map(|lane| (entry[lane], 100 + lane as u32)).collect();
-                assert_eq!(found, expected, "octant {octant}");
+                let expected: Vec<_> = expected.into_iter().map(|lane| (entry[lane], child[lane])).collect();
+                assert_eq!(pushed::<W, P, O>(&entry, &exit, order, &child, false), expected, "octant {octant}");
+                let mut leaf_last = expected;
+                if let Some(leaf) = leaf_last.iter().rposition(|(_, child)| child & LEAF != 0) {
+                    let leaf = leaf_last.remove(leaf);
+                    leaf_last.push(leaf);
+                }
+                assert_eq!(pushed::<W, P, O>(&entry, &exit, order, &child, true), leaf_last, "octant {octant}");
             }
         }
     }

@@ -13,7 +13,7 @@
 //! Grids are set by exact boxes, so errors do not add up from level to level.
 
 use super::layout::{NONE, WideNode};
-use super::node::Node;
+use super::node::{Node, Side};
 use super::pack::Pack;
 
 /// Whole numbers that steps are counted in.
@@ -96,9 +96,9 @@ impl<S: Steps> Node<8> for GridNode<8, S> {
         &self.order
     }
     #[inline(always)]
-    fn planes<P: Pack<8>>(&self, axis: usize, side: usize) -> P {
+    fn planes<P: Pack<8>>(&self, axis: usize, side: Side) -> P {
         let step = P::splat(step(self.exponent[axis]));
-        S::load::<8, P>(&self.steps[axis][side]).times(step).plus(P::splat(self.corner[axis]))
+        S::load::<8, P>(&self.steps[axis][side as usize]).times(step).plus(P::splat(self.corner[axis]))
     }
     #[inline(always)]
     fn ends<P: Pack<8>>(&self) -> P {
@@ -197,7 +197,7 @@ mod tests {
     use crate::trace::testing::median_split;
     use proptest::prelude::*;
 
-    fn decoded<N: Node<8>>(node: &N, axis: usize, side: usize) -> [f32; 8] {
+    fn decoded<N: Node<8>>(node: &N, axis: usize, side: Side) -> [f32; 8] {
         let mut planes = [0.0; 8];
         node.planes::<Portable<8>>(axis, side).store(&mut planes);
         planes
@@ -209,7 +209,7 @@ mod tests {
         let mut most = 0.0_f64;
         assert_eq!(Node::<8>::count(&node), exact.count());
         for axis in 0..3 {
-            let [lower, upper] = [0, 1].map(|side| decoded(&node, axis, side));
+            let [lower, upper] = [Side::Lower, Side::Upper].map(|side| decoded(&node, axis, side));
             for lane in 0..exact.count() {
                 let [low, high] = exact.bounds[axis].map(|planes| planes[lane]);
                 assert!(lower[lane] <= low && high <= upper[lane], "{axis} {lane}: {low} {high}, {node:?}");
@@ -240,7 +240,7 @@ mod tests {
             node.ends::<Portable<8>>().store(&mut ends);
             let there = |lane: usize| if lane < count { f32::INFINITY } else { f32::NEG_INFINITY };
             assert_eq!(ends, std::array::from_fn(there));
-            assert!(decoded(&node, 0, 0)[..count].iter().all(|&plane| plane == 1e30));
+            assert!(decoded(&node, 0, Side::Lower)[..count].iter().all(|&plane| plane == 1e30));
         }
     }
 

@@ -1,8 +1,8 @@
 //! The search, one body for every width and every set of instructions.
 
-use super::layout::{BLOCK, LEAF, NONE, WideBvh};
+use super::layout::{BLOCK, LEAF, WideBvh};
 use super::leaf::{Leaves, Search};
-use super::node::Node;
+use super::node::{Node, Side};
 #[cfg(target_arch = "x86_64")]
 use super::order::ByPermutation;
 use super::order::{ByEach, Push};
@@ -31,8 +31,9 @@ pub(super) struct Boxes<P> {
     origin: [P; 3],
     inverse: [P; 3],
     padded: [P; 3],
-    /// Which of the two planes of each axis is met first.
-    near: [usize; 3],
+    /// Which of the two planes of each axis is met first, and which last.
+    near: [Side; 3],
+    far: [Side; 3],
     t_min: P,
 }
 
@@ -47,7 +48,8 @@ impl<P> Boxes<P> {
             origin: each(slabs.origin),
             inverse: each(slabs.inverse),
             padded: each(slabs.padded),
-            near: [0, 1, 2].map(|axis| octant(slabs) >> axis & 1),
+            near: [0, 1, 2].map(|axis| if octant(slabs) >> axis & 1 == 1 { Side::Upper } else { Side::Lower }),
+            far: [0, 1, 2].map(|axis| if octant(slabs) >> axis & 1 == 1 { Side::Lower } else { Side::Upper }),
             t_min: P::splat(ray.t_min),
         }
     }
@@ -59,11 +61,11 @@ impl<P> Boxes<P> {
     where
         P: Pack<W>,
     {
-        let plane = |axis: usize, side: usize, inverse: &[P; 3]| {
+        let plane = |axis: usize, side: Side, inverse: &[P; 3]| {
             node.planes::<P>(axis, side).minus(self.origin[axis]).times(inverse[axis])
         };
         let near = |axis: usize| plane(axis, self.near[axis], &self.inverse);
-        let far = |axis: usize| plane(axis, 1 - self.near[axis], &self.padded);
+        let far = |axis: usize| plane(axis, self.far[axis], &self.padded);
         let entry = near(2).greater(near(1).greater(near(0).greater(self.t_min)));
         let exit = far(2).lesser(far(1).lesser(far(0).lesser(node.ends())));
         (entry, exit.plus(P::splat(ABSOLUTE)).lesser(limit))
@@ -72,6 +74,8 @@ impl<P> Boxes<P> {
 
 /// A ray on its way through the tree.
 struct Flight<'a, P, L> {
+    /// Which ray it is, of many.
+    place: usize,
     search: Search<'a>,
     boxes: Boxes<P>,
     octant: usize,
@@ -83,22 +87,38 @@ struct Flight<'a, P, L> {
 }
 
 impl<'a, P, L: Leaves> Flight<'a, P, L> {
+    /// Room for a ray, any one.
+    #[inline(always)]
+    fn idle<const W: usize>(ray: &'a Ray) -> Self
+    where
+        P: Pack<W>,
+    {
+        Self {
+            place: 0,
+            boxes: Boxes::new(&Slabs::IDLE, ray),
+            octant: 0,
+            leaves: L::new(),
+            search: Search { ray, slabs: Slabs::IDLE, best: None, limit: 0.0, done: false },
+            at: 0,
+            top: 0,
+        }
+    }
+
     /// Prepares `ray` at the root.
     #[inline(always)]
-    fn new<const W: usize, N>(wide: &WideBvh<W, N>, ray: &'a Ray) -> Result<Self, OutOfRange>
+    fn start<const W: usize, N>(&mut self, wide: &WideBvh<W, N>, ray: &'a Ray) -> Result<(), OutOfRange>
     where
         P: Pack<W>,
     {
         let slabs = Slabs::within(ray, wide.reach, L::REACH).ok_or(OutOfRange)?;
-        Ok(Self {
-            boxes: Boxes::<P>::new(&slabs, ray),
-            octant: octant(&slabs),
-            leaves: L::new(),
-            // Nodes entered at exactly the best t stay open: they may hold a lower id.
-            search: Search { ray, slabs, best: None, limit: pad_up(ray.t_max), done: false },
-            at: 0,
-            top: 0,
-        })
+        self.boxes = Boxes::<P>::new(&slabs, ray);
+        self.octant = octant(&slabs);
+        self.leaves = L::new();
+        // Nodes entered at exactly the best t stay open: they may hold a lower id.
+        self.search = Search { ray, slabs, best: None, limit: pad_up(ray.t_max), done: false };
+        self.at = 0;
+        self.top = 0;
+        Ok(())
     }
 
     /// Looks at one node or leaf; whether the search is at its end then.
@@ -114,41 +134,72 @@ impl<'a, P, L: Leaves> Flight<'a, P, L> {
     {
         probe.node();
         if self.at & LEAF == 0 {
-            // SAFETY: children that are no leaves are places in `nodes`, see `WideBvh::new`.
-            let node = unsafe { wide.nodes.get_unchecked(self.at as usize) };
-            (0..node.count()).for_each(|_| probe.box_test());
-            let (entry, exit) = self.boxes.interval(node, P::splat(self.search.limit));
-            // SAFETY: `most_open` has room for all children of a node behind what a search has open.
-            let (entries, names) = unsafe { stack.room_behind(self.top) };
-            let (pushed, nearest) = O::push(entry, exit, node.child(), node.order()[self.octant], entries, names);
-            self.top += pushed;
-            if nearest != NONE {
-                self.at = nearest;
+            if let Some(nearest) = self.node::<W, N, O, G, Pr>(wide, stack, probe) {
+                self.go_on(wide, nearest);
                 return false;
             }
         } else {
-            let mut index = (self.at & !LEAF) as usize;
-            loop {
-                let block = &wide.blocks[index];
-                (0..block.count).for_each(|_| probe.triangle_test());
-                self.leaves.test::<Q, D, G>(block, &mut self.search);
-                if self.search.done {
-                    return true;
-                }
-                if !block.more {
-                    break;
-                }
-                index += 1;
+            self.leaf::<W, N, Q, D, G, Pr>(wide, probe);
+            if self.search.done {
+                return true;
             }
         }
         while self.top > 0 {
             self.top -= 1;
             if stack.entries[self.top] <= self.search.limit {
-                self.at = stack.names[self.top];
+                self.go_on(wide, stack.names[self.top]);
                 return false;
             }
         }
         true
+    }
+
+    #[inline(always)]
+    fn go_on<const W: usize, N>(&mut self, wide: &WideBvh<W, N>, next: u32) {
+        self.at = next;
+        wide.fetch(next);
+    }
+
+    /// Looks at the node where the search is: children that are met go on the stack, the nearest is returned.
+    #[inline(always)]
+    fn node<const W: usize, N: Node<W>, O: Push<W, P>, G: Goal, Pr: TraceProbe>(
+        &mut self,
+        wide: &WideBvh<W, N>,
+        stack: &mut Stack,
+        probe: &mut Pr,
+    ) -> Option<u32>
+    where
+        P: Pack<W>,
+    {
+        // SAFETY: children that are no leaves are places in `nodes`, see `WideBvh::new`.
+        let node = unsafe { wide.nodes.get_unchecked(self.at as usize) };
+        (0..node.count()).for_each(|_| probe.box_test());
+        let (entry, exit) = self.boxes.interval(node, P::splat(self.search.limit));
+        // SAFETY: `most_open` has room for all children of a node behind what a search has open.
+        let (entries, names) = unsafe { stack.room_behind(self.top) };
+        let (pushed, nearest) =
+            O::push(entry, exit, node.child(), node.order()[self.octant % 8], G::FIRST_IS_ENOUGH, entries, names)?;
+        self.top += pushed;
+        Some(nearest)
+    }
+
+    /// Looks at the leaf where the search is.
+    #[inline(always)]
+    fn leaf<const W: usize, N, Q: Pack<BLOCK>, D: Pack64, G: Goal, Pr: TraceProbe>(
+        &mut self,
+        wide: &WideBvh<W, N>,
+        probe: &mut Pr,
+    ) {
+        let mut index = (self.at & !LEAF) as usize;
+        loop {
+            let block = &wide.blocks[index];
+            (0..block.count).for_each(|_| probe.triangle_test());
+            self.leaves.test::<Q, D, G>(block, &mut self.search);
+            if self.search.done || !block.more {
+                return;
+            }
+            index += 1;
+        }
     }
 }
 
@@ -169,17 +220,17 @@ fn search<
     scratch: &mut Scratch,
     probe: &mut Pr,
 ) -> Result<Option<Hit>, OutOfRange> {
-    let mut flight = Flight::<P, L>::new(wide, ray)?;
+    let mut flight = Flight::<P, L>::idle(ray);
+    flight.start(wide, ray)?;
     let [mut stack] = scratch.stacks(wide.most_open);
     while !flight.step::<W, N, O, Q, D, G, Pr>(wide, &mut stack, probe) {}
     Ok(flight.search.best)
 }
 
-/// Rays of [`search_all`] that are on their way at once. While one waits for memory, or for the end of a chain of
-/// instructions that each need the last one's result, the processor goes on with another.
-const IN_FLIGHT: usize = 2;
-
 /// The answers to `rays`, those of [`search`], and which rays are [`OutOfRange`].
+///
+/// Two rays are on their way at once: while one waits for memory, or for the end of a chain of instructions that each need
+/// the last one's result, the processor goes on with the other.
 #[inline(always)]
 fn search_all<
     const W: usize,
@@ -199,33 +250,56 @@ fn search_all<
     probe: &mut Pr,
 ) -> Vec<usize> {
     let mut out_of_range = Vec::new();
-    let mut stacks = scratch.stacks::<IN_FLIGHT>(wide.most_open);
-    let mut waiting = rays.iter().zip(answers).enumerate();
-    let mut flights: [Option<(Flight<P, L>, &mut HitRecord)>; IN_FLIGHT] = [const { None }; IN_FLIGHT];
-    loop {
-        let mut flying = false;
-        for (flight, stack) in flights.iter_mut().zip(&mut stacks) {
-            if let Some((ray, answer)) = flight {
-                if !ray.step::<W, N, O, Q, D, G, Pr>(wide, stack, probe) {
-                    flying = true;
-                    continue;
-                }
-                **answer = ray.search.best.into();
-                *flight = None;
-            }
-            for (place, (ray, answer)) in waiting.by_ref() {
-                let Ok(ray) = Flight::new(wide, ray) else {
-                    out_of_range.push(place);
-                    continue;
-                };
-                *flight = Some((ray, answer));
-                flying = true;
-                break;
-            }
+    let Some(first) = rays.first() else { return out_of_range };
+    let [mut stack, mut other_stack] = scratch.stacks(wide.most_open);
+    let [mut flight, mut other] = [(); 2].map(|()| Flight::<P, L>::idle(first));
+    let mut waiting = Waiting { rays, next: 0, out_of_range: &mut out_of_range };
+    let mut flying = [waiting.start(&mut flight, wide), waiting.start(&mut other, wide)];
+    while flying == [true, true] {
+        // Twice the same in words, not in a loop: so the compiler knows where each of the two is.
+        if flight.step::<W, N, O, Q, D, G, Pr>(wide, &mut stack, probe) {
+            answers[flight.place] = flight.search.best.into();
+            flying[0] = waiting.start(&mut flight, wide);
         }
-        if !flying {
-            return out_of_range;
+        if other.step::<W, N, O, Q, D, G, Pr>(wide, &mut other_stack, probe) {
+            answers[other.place] = other.search.best.into();
+            flying[1] = waiting.start(&mut other, wide);
         }
+    }
+    for (flying, mut flight, mut stack) in [(flying[0], flight, stack), (flying[1], other, other_stack)] {
+        if flying {
+            while !flight.step::<W, N, O, Q, D, G, Pr>(wide, &mut stack, probe) {}
+            answers[flight.place] = flight.search.best.into();
+        }
+    }
+    out_of_range
+}
+
+/// Rays not yet on their way.
+struct Waiting<'a> {
+    rays: &'a [Ray],
+    next: usize,
+    /// Those passed over.
+    out_of_range: &'a mut Vec<usize>,
+}
+
+impl<'a> Waiting<'a> {
+    /// Sends the next ray on its way, if there is one.
+    #[inline(always)]
+    fn start<const W: usize, N, P: Pack<W>, L: Leaves>(
+        &mut self,
+        flight: &mut Flight<'a, P, L>,
+        wide: &WideBvh<W, N>,
+    ) -> bool {
+        while let Some(ray) = self.rays.get(self.next) {
+            flight.place = self.next;
+            self.next += 1;
+            if flight.start(wide, ray).is_ok() {
+                return true;
+            }
+            self.out_of_range.push(flight.place);
+        }
+        false
     }
 }
 

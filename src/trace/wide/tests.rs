@@ -7,7 +7,7 @@ use crate::bvh::Bvh;
 use crate::bvh::testing::{Random, boxes, random_tree, soup};
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
 use crate::simd::Simd;
-use crate::trace::closest::{Any, Closest, accepted};
+use crate::trace::closest::{Any, Closest, accepted, held};
 use crate::trace::slab::Slabs;
 use crate::trace::testing::{any_ray, grid_ray, grid_soup, median_split, sphere};
 use crate::trace::{
@@ -178,8 +178,8 @@ fn check_blocks(wide: &WideBvh<8>, ray: &Ray, counts: &mut Counts) {
     let exact = WatertightRay::new(ray);
     for block in &wide.blocks {
         let found = super::watertight::test::<super::pack::Portable<4>, super::pack64::Portable64>(&exact, ray, block);
-        assert_eq!((found.surely | found.perhaps) >> block.count, 0);
-        assert_eq!(found.surely & found.perhaps, 0);
+        assert_eq!((found.surely | found.held | found.perhaps) >> block.count, 0);
+        assert_eq!(found.surely & (found.held | found.perhaps) | found.held & found.perhaps, 0);
         for lane in 0..block.count as usize {
             let alone = accepted(&exact, slabs, ray, &block.triangle(lane));
             counts.hits += usize::from(alone.is_some());
@@ -187,15 +187,21 @@ fn check_blocks(wide: &WideBvh<8>, ray: &Ray, counts: &mut Counts) {
                 counts.perhaps += 1;
                 continue;
             }
-            let t = (found.surely >> lane & 1 == 1).then_some(found.t[lane]);
+            let t = if found.held >> lane & 1 == 1 {
+                counts.held += 1;
+                held(found.t[lane], slabs, ray, &block.triangle(lane))
+            } else {
+                (found.surely >> lane & 1 == 1).then_some(found.t[lane])
+            };
             assert_eq!(t.map(f32::to_bits), alone.map(f32::to_bits), "{ray:?} {:?}", block.triangle(lane));
         }
     }
 }
 
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Counts {
     hits: usize,
+    held: usize,
     perhaps: usize,
 }
 
@@ -224,6 +230,23 @@ fn four_at_once_are_right_where_they_are_sure_and_mostly_sure() {
     }
 }
 
+#[test]
+fn rays_into_the_surface_that_they_start_on_are_not_tested_alone() {
+    let triangles = sphere(Vec3::ZERO, 1.0, 3);
+    let wide = WideBvh::<8>::new(&median_split(&triangles, 8), &triangles);
+    let mut random = Random(4);
+    let mut counts = Counts::default();
+    for _ in 0..300 {
+        let from = random.point(6.0) - 3.0;
+        let ray = Ray::new(from, random.point(1.0) - 0.5 - from);
+        if let Some(hit) = brute_force::<WatertightRay>(&triangles, &ray) {
+            let start = leave_surface(&ray, &hit, &triangles[hit.triangle as usize]);
+            check_blocks(&wide, &Ray::new(start, ray.direction), &mut counts);
+        }
+    }
+    assert!(counts.held > 100 && counts.perhaps < 5, "{counts:?}");
+}
+
 proptest! {
     #[test]
     fn four_at_once_are_right_about_needles_and_planes(seed: u64) {
@@ -232,6 +255,26 @@ proptest! {
         let wide = WideBvh::<8>::new(&median_split(&triangles, 8), &triangles);
         for _ in 0..20 {
             let ray = grid_ray(&mut random);
+            if ray.is_traceable() && Slabs::within(&ray, wide.reach, Slabs::LIMIT).is_some() {
+                check_blocks(&wide, &ray, &mut Counts::default());
+            }
+        }
+    }
+
+    #[test]
+    fn four_at_once_are_right_about_needles_along_the_ray(seed: u64) {
+        let mut random = Random(seed);
+        let direction = random.point(2.0) - 1.0;
+        let along = |random: &mut Random| direction * random.point(4.0).x;
+        let triangles: Vec<_> = (0..40)
+            .map(|_| {
+                let thin = f32::from_bits((127 - 40 + random.below(40) as u32) << 23);
+                Triangle { v: [(); 3].map(|()| along(&mut random) + random.point(thin) - thin * 0.5) }
+            })
+            .collect();
+        let wide = WideBvh::<8>::new(&median_split(&triangles, 8), &triangles);
+        for _ in 0..20 {
+            let ray = Ray::new(along(&mut random) - direction, direction);
             if ray.is_traceable() && Slabs::within(&ray, wide.reach, Slabs::LIMIT).is_some() {
                 check_blocks(&wide, &ray, &mut Counts::default());
             }
