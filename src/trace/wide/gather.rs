@@ -20,7 +20,7 @@ use super::search::Boxes;
 use super::watertight;
 use crate::geom::{Hit, Ray, WatertightRay};
 use crate::simd::Simd;
-use crate::trace::closest::accepted;
+use crate::trace::closest::{Closest, accepted};
 use crate::trace::probe::TraceProbe;
 use crate::trace::scratch::{OpenNode, Scratch};
 use crate::trace::slab::{Slabs, pad_up};
@@ -59,7 +59,7 @@ fn gather<const W: usize, N: Node<W>, P: Pack<W>, Q: Pack<BLOCK>, D: Pack64, L: 
             let block = &wide.blocks[index];
             (0..block.count).for_each(|_| probe.triangle_test());
             let (mut lanes, surely, known) = if L::WATERTIGHT {
-                let found = watertight::test::<Q, D>(&exact, ray, block);
+                let found = watertight::test::<Q, D, Closest>(&exact, ray, block);
                 (found.surely | found.held | found.perhaps, found.surely, found.t)
             } else {
                 ((1 << block.count) - 1, 0, [0.0; BLOCK])

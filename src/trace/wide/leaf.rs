@@ -72,7 +72,7 @@ impl Leaves for Watertight {
             Some(ray) => ray,
             none => none.insert(WatertightRay::new(search.ray)),
         };
-        let found = watertight::test::<Q, D>(ray, search.ray, block);
+        let found = watertight::test::<Q, D, G>(ray, search.ray, block);
         let mut lanes = found.surely | found.held | found.perhaps;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % BLOCK;

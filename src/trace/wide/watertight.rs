@@ -17,12 +17,16 @@
 //!   into the surface that they start on. (The area is asked for as `WatertightRay` does it: a component of the cross product is
 //!   computed as zero only if it is less than 2⁻⁴⁸·R², as edges are no longer than 2R along any axis; sheared, where no factor is greater
 //!   than one, all three together give a |D| of less than 3·2⁻⁴⁸·R² + 3δ, which is less than 2⁻⁴⁴·R².)
+//!   Where any hit is enough t itself does not matter: if no edge function is within δ of zero the exact line goes through the triangle,
+//!   so through its box, whose interval holds the exact t; with the t computed, off by half at most, far within the ray's interval,
+//!   the hit stands whatever the box does to it.
 //! - Else the test is made again, alone, with the triangle's box.
 
 use super::layout::{BLOCK, Block};
 use super::pack::Pack;
 use super::pack64::Pack64;
 use crate::geom::{Axis, Ray, WatertightRay};
+use crate::trace::closest::Goal;
 
 /// Of four triangles: bits one each, the first lowest.
 pub(super) struct Found {
@@ -41,7 +45,7 @@ impl Found {
 
 /// Tests the triangles of `block`.
 #[inline(always)]
-pub(super) fn test<Q: Pack<BLOCK>, D: Pack64>(prepared: &WatertightRay, ray: &Ray, block: &Block) -> Found {
+pub(super) fn test<Q: Pack<BLOCK>, D: Pack64, G: Goal>(prepared: &WatertightRay, ray: &Ray, block: &Block) -> Found {
     let prepared = Prepared::<D>::new(prepared);
     let [a, b, c] = &block.vertices;
     let (a, b, c) = (prepared.sheared(a), prepared.sheared(b), prepared.sheared(c));
@@ -77,6 +81,13 @@ pub(super) fn test<Q: Pack<BLOCK>, D: Pack64>(prepared: &WatertightRay, ray: &Ra
         let area = reach.times(reach).times(D::splat(power(-44))).below(determinant.magnitude());
         found.held = doubtful & signed & area & !t.below(Q::splat(0.0));
         found.perhaps = doubtful & !found.held;
+        if G::FIRST_IS_ENOUGH {
+            let edges = u.magnitude().lesser(v.magnitude()).lesser(w.magnitude());
+            let through = l.times(reach).times(D::splat(power(-47))).below(edges);
+            let within = Q::splat(4.0 * ray.t_min).below(t) & t.below(Q::splat(0.25 * ray.t_max));
+            found.surely |= found.held & through & within;
+            found.held &= !found.surely;
+        }
     }
     found
 }
