@@ -48,7 +48,9 @@ impl WatertightRay {
         let (d, o): (&[f32; 3], &[f32; 3]) = (bytemuck::cast_ref(&ray.direction), bytemuck::cast_ref(&ray.origin));
         let [dx, dy, dz] = axes.map(|axis| f64::from(d[axis as usize]));
         let [x, y, z] = axes.map(|axis| f64::from(o[axis as usize]));
-        Self { axes, origin: DVec3::new(x, y, z), shear: DVec3::new(dx / dz, dy / dz, 1.0 / dz) }
+        // Four divisions for three: as one instruction.
+        let [sx, sy, sz, _] = [dx, dy, 1.0, 1.0].map(|d| d / dz);
+        Self { axes, origin: DVec3::new(x, y, z), shear: DVec3::new(sx, sy, sz) }
     }
 
     /// The order in which axes are looked at: that along which the direction is greatest comes last.

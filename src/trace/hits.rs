@@ -25,6 +25,7 @@ impl HitRecord {
 }
 
 impl From<Option<Hit>> for HitRecord {
+    #[inline]
     fn from(hit: Option<Hit>) -> Self {
         hit.map_or(Self::MISS, |Hit { triangle, t }| Self { triangle, t })
     }

@@ -87,14 +87,20 @@ impl Slabs {
         let large = size.cmpge(Vec3A::splat(1.0 / Self::LIMIT)) & size.cmple(Vec3A::splat(limit));
         let fits = (large | zero) & origin.abs().cmple(Vec3A::splat(limit));
         let sound = fits.all() && !zero.all() && reach <= limit && ray.t_min >= 0.0 && ray.t_min <= ray.t_max;
-        let inverse = direction.recip();
-        sound.then(|| Self {
-            origin,
+        sound.then(|| Self::of(ray))
+    }
+
+    /// Prepares a ray that [`Self::within`] takes.
+    #[inline(always)]
+    pub(super) fn of(ray: &Ray) -> Self {
+        let inverse = Vec3A::from(ray.direction).recip();
+        Self {
+            origin: Vec3A::from(ray.origin),
             inverse,
             padded: inverse * (1.0 + RELATIVE),
             // −0 is negative here, as its inverse −∞ is.
             negative: inverse.cmplt(Vec3A::ZERO),
-        })
+        }
     }
 }
 

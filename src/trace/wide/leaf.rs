@@ -16,8 +16,8 @@ pub(in crate::trace) trait Leaves {
     /// The greatest coordinates, of scene and ray, that the test is for.
     const REACH: f32;
 
-    /// Prepares for a ray.
-    fn new() -> Self;
+    /// Prepares for `ray`.
+    fn new<G: Goal>(ray: &Ray) -> Self;
 
     /// Tests the triangles of a block, and keeps the better hit. `search.limit` falls where it may.
     fn test<Q: Pack<BLOCK>, D: Pack64, G: Goal>(&mut self, block: &Block, search: &mut Search);
@@ -26,7 +26,6 @@ pub(in crate::trace) trait Leaves {
 /// A ray, and what is known of its hit.
 pub(in crate::trace) struct Search<'a> {
     pub ray: &'a Ray,
-    pub slabs: Slabs,
     pub best: Option<Hit>,
     /// Nothing that is entered beyond it can be better.
     pub limit: f32,
@@ -46,14 +45,14 @@ impl Search<'_> {
 
 /// The watertight test, in f64.
 pub(in crate::trace) struct Watertight {
-    /// Prepared when first needed: many rays come to no leaf.
+    /// Prepared when first needed where many rays come to no leaf.
     ray: Option<WatertightRay>,
 }
 
 #[cold]
 #[inline(never)]
 fn test_alone<G: Goal>(ray: &WatertightRay, block: &Block, lane: usize, search: &mut Search) {
-    let t = accepted(ray, search.slabs, search.ray, &block.triangle(lane));
+    let t = accepted(ray, Slabs::of(search.ray), search.ray, &block.triangle(lane));
     search.offer::<G>(block.ids[lane], t);
 }
 
@@ -62,8 +61,8 @@ impl Leaves for Watertight {
     const REACH: f32 = Slabs::LIMIT;
 
     #[inline(always)]
-    fn new() -> Self {
-        Self { ray: None }
+    fn new<G: Goal>(ray: &Ray) -> Self {
+        Self { ray: G::FIRST_IS_ENOUGH.then(|| WatertightRay::new(ray)) }
     }
 
     #[inline(always)]
@@ -80,7 +79,7 @@ impl Leaves for Watertight {
             if found.surely >> lane & 1 == 1 {
                 search.offer::<G>(block.ids[lane], Some(found.t[lane]));
             } else if found.held >> lane & 1 == 1 {
-                let t = held(found.t[lane], search.slabs, search.ray, &block.triangle(lane));
+                let t = held(found.t[lane], Slabs::of(search.ray), search.ray, &block.triangle(lane));
                 search.offer::<G>(block.ids[lane], t);
             } else {
                 test_alone::<G>(ray, block, lane, search);
@@ -98,7 +97,7 @@ impl Leaves for Fast {
     const REACH: f32 = Slabs::PRODUCT_LIMIT;
 
     #[inline(always)]
-    fn new() -> Self {
+    fn new<G: Goal>(_: &Ray) -> Self {
         Self
     }
 

@@ -89,7 +89,7 @@ struct Flight<'a, P, L> {
 impl<'a, P, L: Leaves> Flight<'a, P, L> {
     /// Room for a ray, any one.
     #[inline(always)]
-    fn idle<const W: usize>(ray: &'a Ray) -> Self
+    fn idle<const W: usize, G: Goal>(ray: &'a Ray) -> Self
     where
         P: Pack<W>,
     {
@@ -97,8 +97,8 @@ impl<'a, P, L: Leaves> Flight<'a, P, L> {
             place: 0,
             boxes: Boxes::new(&Slabs::IDLE, ray),
             octant: 0,
-            leaves: L::new(),
-            search: Search { ray, slabs: Slabs::IDLE, best: None, limit: 0.0, done: false },
+            leaves: L::new::<G>(ray),
+            search: Search { ray, best: None, limit: 0.0, done: false },
             at: 0,
             top: 0,
         }
@@ -106,16 +106,16 @@ impl<'a, P, L: Leaves> Flight<'a, P, L> {
 
     /// Prepares `ray` at the root.
     #[inline(always)]
-    fn start<const W: usize, N>(&mut self, wide: &WideBvh<W, N>, ray: &'a Ray) -> Result<(), OutOfRange>
+    fn start<const W: usize, N, G: Goal>(&mut self, wide: &WideBvh<W, N>, ray: &'a Ray) -> Result<(), OutOfRange>
     where
         P: Pack<W>,
     {
         let slabs = Slabs::within(ray, wide.reach, L::REACH).ok_or(OutOfRange)?;
         self.boxes = Boxes::<P>::new(&slabs, ray);
         self.octant = octant(&slabs);
-        self.leaves = L::new();
+        self.leaves = L::new::<G>(ray);
         // Nodes entered at exactly the best t stay open: they may hold a lower id.
-        self.search = Search { ray, slabs, best: None, limit: pad_up(ray.t_max), done: false };
+        self.search = Search { ray, best: None, limit: pad_up(ray.t_max), done: false };
         self.at = 0;
         self.top = 0;
         Ok(())
@@ -220,8 +220,8 @@ fn search<
     scratch: &mut Scratch,
     probe: &mut Pr,
 ) -> Result<Option<Hit>, OutOfRange> {
-    let mut flight = Flight::<P, L>::idle(ray);
-    flight.start(wide, ray)?;
+    let mut flight = Flight::<P, L>::idle::<W, G>(ray);
+    flight.start::<W, N, G>(wide, ray)?;
     let [mut stack] = scratch.stacks(wide.most_open);
     while !flight.step::<W, N, O, Q, D, G, Pr>(wide, &mut stack, probe) {}
     Ok(flight.search.best)
@@ -252,18 +252,19 @@ fn search_all<
     let mut out_of_range = Vec::new();
     let Some(first) = rays.first() else { return out_of_range };
     let [mut stack, mut other_stack] = scratch.stacks(wide.most_open);
-    let [mut flight, mut other] = [(); 2].map(|()| Flight::<P, L>::idle(first));
+    let [mut flight, mut other] = [(); 2].map(|()| Flight::<P, L>::idle::<W, G>(first));
     let mut waiting = Waiting { rays, next: 0, out_of_range: &mut out_of_range };
-    let mut flying = [waiting.start(&mut flight, wide), waiting.start(&mut other, wide)];
+    let mut flying =
+        [waiting.start::<W, N, P, G, L>(&mut flight, wide), waiting.start::<W, N, P, G, L>(&mut other, wide)];
     while flying == [true, true] {
         // Twice the same in words, not in a loop: so the compiler knows where each of the two is.
         if flight.step::<W, N, O, Q, D, G, Pr>(wide, &mut stack, probe) {
             answers[flight.place] = flight.search.best.into();
-            flying[0] = waiting.start(&mut flight, wide);
+            flying[0] = waiting.start::<W, N, P, G, L>(&mut flight, wide);
         }
         if other.step::<W, N, O, Q, D, G, Pr>(wide, &mut other_stack, probe) {
             answers[other.place] = other.search.best.into();
-            flying[1] = waiting.start(&mut other, wide);
+            flying[1] = waiting.start::<W, N, P, G, L>(&mut other, wide);
         }
     }
     for (flying, mut flight, mut stack) in [(flying[0], flight, stack), (flying[1], other, other_stack)] {
@@ -286,7 +287,7 @@ struct Waiting<'a> {
 impl<'a> Waiting<'a> {
     /// Sends the next ray on its way, if there is one.
     #[inline(always)]
-    fn start<const W: usize, N, P: Pack<W>, L: Leaves>(
+    fn start<const W: usize, N, P: Pack<W>, G: Goal, L: Leaves>(
         &mut self,
         flight: &mut Flight<'a, P, L>,
         wide: &WideBvh<W, N>,
@@ -294,7 +295,7 @@ impl<'a> Waiting<'a> {
         while let Some(ray) = self.rays.get(self.next) {
             flight.place = self.next;
             self.next += 1;
-            if flight.start(wide, ray).is_ok() {
+            if flight.start::<W, N, G>(wide, ray).is_ok() {
                 return true;
             }
             self.out_of_range.push(flight.place);
