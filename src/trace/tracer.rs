@@ -8,9 +8,7 @@ use super::kernels::{Bits, Kernel, Query, Width};
 use super::probe::TraceProbe;
 use super::scratch::Scratch;
 use super::slab::Slabs;
-use super::wide::{
-    Fast, GridNode, Leaves, OutOfRange, Watertight, WideBvh, all_by_eight, all_by_four, wide_hit, wide_hits,
-};
+use super::wide::{Fast, GridNode, Leaves, OutOfRange, Watertight, WideBvh, wide_all_hits, wide_hit, wide_hits};
 use crate::bvh::Bvh;
 use crate::geom::{Hit, Ray, Triangle, WatertightRay};
 use crate::simd::Simd;
@@ -197,28 +195,37 @@ impl<'a> Tracer<'a> {
         let slabs = Slabs::new(ray, &bvh.root().aabb).filter(|_| ray.is_traceable());
         if let Some(slabs) = slabs.filter(|_| self.kernel.is_wide()) {
             hits.clear();
-            match (&self.wide, fast) {
-                (Wide::Four(wide), false) => all_by_four::<Watertight, P>(wide, ray, &slabs, scratch, probe, hits),
-                (Wide::Four(wide), true) => all_by_four::<Fast, P>(wide, ray, &slabs, scratch, probe, hits),
-                (Wide::Eight(wide), false) => {
-                    all_by_eight::<_, Watertight, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
-                }
-                (Wide::Eight(wide), true) => {
-                    all_by_eight::<_, Fast, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
-                }
-                (Wide::InSixteenBits(wide), _) => {
-                    all_by_eight::<_, Watertight, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
-                }
-                (Wide::InEightBits(wide), _) => {
-                    all_by_eight::<_, Watertight, P>(self.level, wide, ray, &slabs, scratch, probe, hits);
-                }
-                (Wide::None, _) => {}
+            if fast {
+                self.gather::<Fast, P>(ray, &slabs, scratch, probe, hits);
+            } else {
+                self.gather::<Watertight, P>(ray, &slabs, scratch, probe, hits);
             }
             in_order(hits);
         } else if fast {
             all_hits::<FastTest, P>(bvh, triangles, ray, scratch, probe, hits);
         } else {
             all_hits::<WatertightRay, P>(bvh, triangles, ray, scratch, probe, hits);
+        }
+    }
+
+    fn gather<L: Leaves, P: TraceProbe>(
+        &self,
+        ray: &Ray,
+        slabs: &Slabs,
+        scratch: &mut Scratch,
+        probe: &mut P,
+        hits: &mut Vec<Hit>,
+    ) {
+        match &self.wide {
+            Wide::Four(wide) => wide_all_hits::<4, _, L, P>(self.level, wide, ray, slabs, scratch, probe, hits),
+            Wide::Eight(wide) => wide_all_hits::<8, _, L, P>(self.level, wide, ray, slabs, scratch, probe, hits),
+            Wide::InSixteenBits(wide) => {
+                wide_all_hits::<8, _, Watertight, P>(self.level, wide, ray, slabs, scratch, probe, hits);
+            }
+            Wide::InEightBits(wide) => {
+                wide_all_hits::<8, _, Watertight, P>(self.level, wide, ray, slabs, scratch, probe, hits);
+            }
+            Wide::None => {}
         }
     }
 

@@ -3,19 +3,11 @@
 //! Boxes and candidates are tested as many at a time as by the search for the closest hit; with every triangle tested in the end
 //! by the same test, the hits are the same for every width and every set of instructions.
 
+use super::instructions::{Baseline, Best, Instructions};
 use super::layout::{BLOCK, LEAF, WideBvh};
 use super::leaf::Leaves;
 use super::node::Node;
 use super::pack::Pack;
-#[cfg(not(target_arch = "x86_64"))]
-use super::pack::Portable;
-#[cfg(target_arch = "x86_64")]
-use super::pack::{Avx, Sse, TwoSse};
-use super::pack64::Pack64;
-#[cfg(not(target_arch = "x86_64"))]
-use super::pack64::Portable64;
-#[cfg(target_arch = "x86_64")]
-use super::pack64::{Avx64, TwoSse64};
 use super::search::Boxes;
 use super::watertight;
 use crate::geom::{Hit, Ray, WatertightRay};
@@ -27,7 +19,7 @@ use crate::trace::slab::{Slabs, pad_up};
 
 /// Adds every hit to `hits`, in the order of the layout, a triangle as often as it stands in leaves.
 #[inline(always)]
-fn gather<const W: usize, N: Node<W>, P: Pack<W>, Q: Pack<BLOCK>, D: Pack64, L: Leaves, Pr: TraceProbe>(
+fn gather<const W: usize, I: Instructions<W>, N: Node<W>, L: Leaves, Pr: TraceProbe>(
     wide: &WideBvh<W, N>,
     ray: &Ray,
     slabs: &Slabs,
@@ -35,9 +27,9 @@ fn gather<const W: usize, N: Node<W>, P: Pack<W>, Q: Pack<BLOCK>, D: Pack64, L: 
     probe: &mut Pr,
     hits: &mut Vec<Hit>,
 ) {
-    let boxes = Boxes::<P>::new(slabs, ray);
+    let boxes = Boxes::<I::Children>::new(slabs, ray);
     let exact = WatertightRay::new(ray);
-    let limit = P::splat(pad_up(ray.t_max));
+    let limit = I::Children::splat(pad_up(ray.t_max));
     let open = &mut scratch.open;
     open.clear();
     open.push(OpenNode { entry: f32::NEG_INFINITY, node: 0 });
@@ -59,7 +51,7 @@ fn gather<const W: usize, N: Node<W>, P: Pack<W>, Q: Pack<BLOCK>, D: Pack64, L: 
             let block = &wide.blocks[index];
             (0..block.count).for_each(|_| probe.triangle_test());
             let (mut lanes, surely, known) = if L::WATERTIGHT {
-                let found = watertight::test::<Q, D, Closest>(&exact, ray, block);
+                let found = watertight::test::<I::Four, I::Four64, Closest>(&exact, ray, block);
                 (found.surely | found.held | found.perhaps, found.surely, found.t)
             } else {
                 ((1 << block.count) - 1, 0, [0.0; BLOCK])
@@ -84,56 +76,39 @@ fn gather<const W: usize, N: Node<W>, P: Pack<W>, Q: Pack<BLOCK>, D: Pack64, L: 
     }
 }
 
-/// Four boxes at a time.
-pub(in crate::trace) fn all_by_four<L: Leaves, Pr: TraceProbe>(
-    wide: &WideBvh<4>,
-    ray: &Ray,
-    slabs: &Slabs,
-    scratch: &mut Scratch,
-    probe: &mut Pr,
-    hits: &mut Vec<Hit>,
-) {
-    #[cfg(target_arch = "x86_64")]
-    gather::<4, _, Sse, Sse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
-    #[cfg(not(target_arch = "x86_64"))]
-    gather::<4, _, Portable<4>, Portable<4>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
-}
-
-/// Eight boxes at a time, by the instructions of `level`.
-pub(in crate::trace) fn all_by_eight<N: Node<8>, L: Leaves, Pr: TraceProbe>(
+/// Every hit, by the instructions of `level`.
+pub(in crate::trace) fn wide_all_hits<const W: usize, N: Node<W>, L: Leaves, Pr: TraceProbe>(
     level: Simd,
-    wide: &WideBvh<8, N>,
+    wide: &WideBvh<W, N>,
     ray: &Ray,
     slabs: &Slabs,
     scratch: &mut Scratch,
     probe: &mut Pr,
     hits: &mut Vec<Hit>,
-) {
-    #[cfg(target_arch = "x86_64")]
+) where
+    Baseline: Instructions<W>,
+    Best: Instructions<W>,
+{
     if level >= Simd::Avx2 {
         // SAFETY: the level says that AVX2 is there.
-        unsafe { all_by_avx2::<N, L, Pr>(wide, ray, slabs, scratch, probe, hits) }
+        unsafe { gather_best::<W, N, L, Pr>(wide, ray, slabs, scratch, probe, hits) }
     } else {
-        gather::<8, N, TwoSse, Sse, TwoSse64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        let _ = level;
-        gather::<8, N, Portable<8>, Portable<4>, Portable64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+        gather::<W, Baseline, N, L, Pr>(wide, ray, slabs, scratch, probe, hits);
     }
 }
 
 /// # Safety
-/// The processor has AVX2.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-unsafe fn all_by_avx2<N: Node<8>, L: Leaves, Pr: TraceProbe>(
-    wide: &WideBvh<8, N>,
+/// On x86-64 the processor is of level [`Simd::Avx2`].
+#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt"))]
+unsafe fn gather_best<const W: usize, N: Node<W>, L: Leaves, Pr: TraceProbe>(
+    wide: &WideBvh<W, N>,
     ray: &Ray,
     slabs: &Slabs,
     scratch: &mut Scratch,
     probe: &mut Pr,
     hits: &mut Vec<Hit>,
-) {
-    gather::<8, N, Avx, Sse, Avx64, L, Pr>(wide, ray, slabs, scratch, probe, hits);
+) where
+    Best: Instructions<W>,
+{
+    gather::<W, Best, N, L, Pr>(wide, ray, slabs, scratch, probe, hits);
 }

@@ -17,6 +17,7 @@
 //! boxes, through the tree that the layout was made from.
 
 mod gather;
+mod instructions;
 mod layout;
 mod leaf;
 mod node;
@@ -33,7 +34,7 @@ mod tests;
 
 pub use layout::WideBvh;
 
-pub(super) use gather::{all_by_eight, all_by_four};
+pub(super) use gather::wide_all_hits;
 pub(super) use leaf::{Fast, Leaves, Watertight};
 pub(super) use quantised::GridNode;
 pub(super) use search::{OutOfRange, wide_hit, wide_hits};

@@ -29,7 +29,7 @@ pub(super) fn orders<const W: usize>(bounds: &[[[f32; W]; 2]; 3]) -> [u32; 8] {
 }
 
 /// How children are put on a stack in an order.
-pub(super) trait Push<const W: usize, P: Pack<W>> {
+pub(in crate::trace) trait Push<const W: usize, P: Pack<W>> {
     /// Of the children whose `entry` is no more than their `exit`, writes all but one to the front of `entries` and `names`, far
     /// before near; what is behind them is of no meaning. Returns how many they are and that one, if any is met: the first in
     /// `order`, or the first leaf if there is one and `leaf_first`.
@@ -45,7 +45,7 @@ pub(super) trait Push<const W: usize, P: Pack<W>> {
 }
 
 /// One by one, without branches, by any instructions.
-pub(super) struct ByEach;
+pub(in crate::trace) struct ByEach;
 
 impl<const W: usize, P: Pack<W>> Push<W, P> for ByEach {
     #[inline(always)]
@@ -83,7 +83,7 @@ fn first_of(met: u32, leaves: u32) -> Option<u32> {
 }
 
 #[cfg(target_arch = "x86_64")]
-pub(super) use x86::ByPermutation;
+pub(in crate::trace) use x86::ByPermutation;
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
@@ -92,7 +92,7 @@ mod x86 {
     use std::arch::x86_64::*;
 
     /// All at once, by AVX2.
-    pub(in super::super) struct ByPermutation;
+    pub(in crate::trace) struct ByPermutation;
 
     /// For each set of lanes, its members from high to low, a byte each.
     static MEMBERS: [[u8; 8]; 256] = {

@@ -32,7 +32,7 @@ pub(in crate::trace) unsafe trait Pack<const W: usize>: Copy {
 /// Plain Rust: the twin of all others, and what other processors run.
 #[cfg(any(test, not(target_arch = "x86_64")))]
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Portable<const W: usize>([f32; W]);
+pub(in crate::trace) struct Portable<const W: usize>([f32; W]);
 
 #[cfg(any(test, not(target_arch = "x86_64")))]
 impl<const W: usize> Portable<W> {
@@ -101,7 +101,7 @@ unsafe impl<const W: usize> Pack<W> for Portable<W> {
 }
 
 #[cfg(target_arch = "x86_64")]
-pub(super) use x86::{Avx, Sse, TwoSse};
+pub(in crate::trace) use x86::{Avx, Sse, TwoSse};
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
@@ -110,15 +110,15 @@ mod x86 {
 
     /// Four by SSE2, which every x86-64 has.
     #[derive(Clone, Copy, Debug)]
-    pub(in super::super) struct Sse(pub __m128);
+    pub(in crate::trace) struct Sse(pub __m128);
 
     /// Eight by SSE2.
     #[derive(Clone, Copy, Debug)]
-    pub(in super::super) struct TwoSse(Sse, Sse);
+    pub(in crate::trace) struct TwoSse(Sse, Sse);
 
     /// Eight by AVX2.
     #[derive(Clone, Copy, Debug)]
-    pub(in super::super) struct Avx(pub __m256);
+    pub(in crate::trace) struct Avx(pub __m256);
 
     // SAFETY: SSE2 is part of x86-64.
     unsafe impl Pack<4> for Sse {

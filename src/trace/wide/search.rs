@@ -1,17 +1,13 @@
 //! The search, one body for every width and every set of instructions.
 
-use super::layout::{BLOCK, LEAF, WideBvh};
+#[cfg(test)]
+use super::instructions::Plain;
+use super::instructions::{Baseline, Best, Instructions};
+use super::layout::{LEAF, WideBvh};
 use super::leaf::{Leaves, Search};
 use super::node::{Node, Side};
-#[cfg(target_arch = "x86_64")]
-use super::order::ByPermutation;
-use super::order::{ByEach, Push};
+use super::order::Push;
 use super::pack::Pack;
-#[cfg(any(test, not(target_arch = "x86_64")))]
-use super::pack::Portable;
-use super::pack64::Pack64;
-#[cfg(any(test, not(target_arch = "x86_64")))]
-use super::pack64::Portable64;
 use crate::geom::{Hit, Ray};
 use crate::simd::Simd;
 use crate::trace::closest::Goal;
@@ -19,6 +15,7 @@ use crate::trace::hits::HitRecord;
 use crate::trace::probe::TraceProbe;
 use crate::trace::scratch::{Scratch, Stack};
 use crate::trace::slab::{ABSOLUTE, Slabs, pad_up};
+use std::marker::PhantomData;
 
 /// Along which axes the ray falls, a bit each.
 #[inline(always)]
@@ -73,26 +70,24 @@ impl<P> Boxes<P> {
 }
 
 /// A ray on its way through the tree.
-struct Flight<'a, P, L> {
+struct Flight<'a, const W: usize, I: Instructions<W>, G, L> {
     /// Which ray it is, of many.
     place: usize,
     search: Search<'a>,
-    boxes: Boxes<P>,
+    boxes: Boxes<I::Children>,
     octant: usize,
     leaves: L,
     /// The node or leaf to look at next.
     at: u32,
     /// How much is on the stack.
     top: usize,
+    goal: PhantomData<G>,
 }
 
-impl<'a, P, L: Leaves> Flight<'a, P, L> {
+impl<'a, const W: usize, I: Instructions<W>, G: Goal, L: Leaves> Flight<'a, W, I, G, L> {
     /// Room for a ray, any one.
     #[inline(always)]
-    fn idle<const W: usize, G: Goal>(ray: &'a Ray) -> Self
-    where
-        P: Pack<W>,
-    {
+    fn idle(ray: &'a Ray) -> Self {
         Self {
             place: 0,
             boxes: Boxes::new(&Slabs::IDLE, ray),
@@ -101,17 +96,15 @@ impl<'a, P, L: Leaves> Flight<'a, P, L> {
             search: Search { ray, best: None, limit: 0.0, done: false },
             at: 0,
             top: 0,
+            goal: PhantomData,
         }
     }
 
     /// Prepares `ray` at the root.
     #[inline(always)]
-    fn start<const W: usize, N, G: Goal>(&mut self, wide: &WideBvh<W, N>, ray: &'a Ray) -> Result<(), OutOfRange>
-    where
-        P: Pack<W>,
-    {
+    fn start<N>(&mut self, wide: &WideBvh<W, N>, ray: &'a Ray) -> Result<(), OutOfRange> {
         let slabs = Slabs::within(ray, wide.reach, L::REACH).ok_or(OutOfRange)?;
-        self.boxes = Boxes::<P>::new(&slabs, ray);
+        self.boxes = Boxes::new(&slabs, ray);
         self.octant = octant(&slabs);
         self.leaves = L::new::<G>(ray);
         // Nodes entered at exactly the best t stay open: they may hold a lower id.
@@ -123,23 +116,15 @@ impl<'a, P, L: Leaves> Flight<'a, P, L> {
 
     /// Looks at one node or leaf; whether the search is at its end then.
     #[inline(always)]
-    fn step<const W: usize, N: Node<W>, O: Push<W, P>, Q: Pack<BLOCK>, D: Pack64, G: Goal, Pr: TraceProbe>(
-        &mut self,
-        wide: &WideBvh<W, N>,
-        stack: &mut Stack,
-        probe: &mut Pr,
-    ) -> bool
-    where
-        P: Pack<W>,
-    {
+    fn step<N: Node<W>, Pr: TraceProbe>(&mut self, wide: &WideBvh<W, N>, stack: &mut Stack, probe: &mut Pr) -> bool {
         probe.node();
         if self.at & LEAF == 0 {
-            if let Some(nearest) = self.node::<W, N, O, G, Pr>(wide, stack, probe) {
+            if let Some(nearest) = self.node(wide, stack, probe) {
                 self.go_on(wide, nearest);
                 return false;
             }
         } else {
-            self.leaf::<W, N, Q, D, G, Pr>(wide, probe);
+            self.leaf(wide, probe);
             if self.search.done {
                 return true;
             }
@@ -155,46 +140,46 @@ impl<'a, P, L: Leaves> Flight<'a, P, L> {
     }
 
     #[inline(always)]
-    fn go_on<const W: usize, N>(&mut self, wide: &WideBvh<W, N>, next: u32) {
+    fn go_on<N>(&mut self, wide: &WideBvh<W, N>, next: u32) {
         self.at = next;
         wide.fetch(next);
     }
 
     /// Looks at the node where the search is: children that are met go on the stack, the nearest is returned.
     #[inline(always)]
-    fn node<const W: usize, N: Node<W>, O: Push<W, P>, G: Goal, Pr: TraceProbe>(
+    fn node<N: Node<W>, Pr: TraceProbe>(
         &mut self,
         wide: &WideBvh<W, N>,
         stack: &mut Stack,
         probe: &mut Pr,
-    ) -> Option<u32>
-    where
-        P: Pack<W>,
-    {
+    ) -> Option<u32> {
         // SAFETY: children that are no leaves are places in `nodes`, see `WideBvh::new`.
         let node = unsafe { wide.nodes.get_unchecked(self.at as usize) };
         (0..node.count()).for_each(|_| probe.box_test());
-        let (entry, exit) = self.boxes.interval(node, P::splat(self.search.limit));
+        let (entry, exit) = self.boxes.interval(node, I::Children::splat(self.search.limit));
         // SAFETY: `most_open` has room for all children of a node behind what a search has open.
         let (entries, names) = unsafe { stack.room_behind(self.top) };
-        let (pushed, nearest) =
-            O::push(entry, exit, node.child(), node.order()[self.octant % 8], G::FIRST_IS_ENOUGH, entries, names)?;
+        let (pushed, nearest) = I::Order::push(
+            entry,
+            exit,
+            node.child(),
+            node.order()[self.octant % 8],
+            G::FIRST_IS_ENOUGH,
+            entries,
+            names,
+        )?;
         self.top += pushed;
         Some(nearest)
     }
 
     /// Looks at the leaf where the search is.
     #[inline(always)]
-    fn leaf<const W: usize, N, Q: Pack<BLOCK>, D: Pack64, G: Goal, Pr: TraceProbe>(
-        &mut self,
-        wide: &WideBvh<W, N>,
-        probe: &mut Pr,
-    ) {
+    fn leaf<N, Pr: TraceProbe>(&mut self, wide: &WideBvh<W, N>, probe: &mut Pr) {
         let mut index = (self.at & !LEAF) as usize;
         loop {
             let block = &wide.blocks[index];
             (0..block.count).for_each(|_| probe.triangle_test());
-            self.leaves.test::<Q, D, G>(block, &mut self.search);
+            self.leaves.test::<I::Four, I::Four64, G>(block, &mut self.search);
             if self.search.done || !block.more {
                 return;
             }
@@ -204,26 +189,16 @@ impl<'a, P, L: Leaves> Flight<'a, P, L> {
 }
 
 #[inline(always)]
-fn search<
-    const W: usize,
-    N: Node<W>,
-    P: Pack<W>,
-    O: Push<W, P>,
-    Q: Pack<BLOCK>,
-    D: Pack64,
-    G: Goal,
-    L: Leaves,
-    Pr: TraceProbe,
->(
+fn search<const W: usize, I: Instructions<W>, N: Node<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
     wide: &WideBvh<W, N>,
     ray: &Ray,
     scratch: &mut Scratch,
     probe: &mut Pr,
 ) -> Result<Option<Hit>, OutOfRange> {
-    let mut flight = Flight::<P, L>::idle::<W, G>(ray);
-    flight.start::<W, N, G>(wide, ray)?;
+    let mut flight = Flight::<W, I, G, L>::idle(ray);
+    flight.start(wide, ray)?;
     let [mut stack] = scratch.stacks(wide.most_open);
-    while !flight.step::<W, N, O, Q, D, G, Pr>(wide, &mut stack, probe) {}
+    while !flight.step(wide, &mut stack, probe) {}
     Ok(flight.search.best)
 }
 
@@ -232,17 +207,7 @@ fn search<
 /// Two rays are on their way at once: while one waits for memory, or for the end of a chain of instructions that each need
 /// the last one's result, the processor goes on with the other.
 #[inline(always)]
-fn search_all<
-    const W: usize,
-    N: Node<W>,
-    P: Pack<W>,
-    O: Push<W, P>,
-    Q: Pack<BLOCK>,
-    D: Pack64,
-    G: Goal,
-    L: Leaves,
-    Pr: TraceProbe,
->(
+fn search_all<const W: usize, I: Instructions<W>, N: Node<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
     wide: &WideBvh<W, N>,
     rays: &[Ray],
     answers: &mut [HitRecord],
@@ -252,24 +217,23 @@ fn search_all<
     let mut out_of_range = Vec::new();
     let Some(first) = rays.first() else { return out_of_range };
     let [mut stack, mut other_stack] = scratch.stacks(wide.most_open);
-    let [mut flight, mut other] = [(); 2].map(|()| Flight::<P, L>::idle::<W, G>(first));
+    let [mut flight, mut other] = [(); 2].map(|()| Flight::<W, I, G, L>::idle(first));
     let mut waiting = Waiting { rays, next: 0, out_of_range: &mut out_of_range };
-    let mut flying =
-        [waiting.start::<W, N, P, G, L>(&mut flight, wide), waiting.start::<W, N, P, G, L>(&mut other, wide)];
+    let mut flying = [waiting.start(&mut flight, wide), waiting.start(&mut other, wide)];
     while flying == [true, true] {
         // Twice the same in words, not in a loop: so the compiler knows where each of the two is.
-        if flight.step::<W, N, O, Q, D, G, Pr>(wide, &mut stack, probe) {
+        if flight.step(wide, &mut stack, probe) {
             answers[flight.place] = flight.search.best.into();
-            flying[0] = waiting.start::<W, N, P, G, L>(&mut flight, wide);
+            flying[0] = waiting.start(&mut flight, wide);
         }
-        if other.step::<W, N, O, Q, D, G, Pr>(wide, &mut other_stack, probe) {
+        if other.step(wide, &mut other_stack, probe) {
             answers[other.place] = other.search.best.into();
-            flying[1] = waiting.start::<W, N, P, G, L>(&mut other, wide);
+            flying[1] = waiting.start(&mut other, wide);
         }
     }
     for (flying, mut flight, mut stack) in [(flying[0], flight, stack), (flying[1], other, other_stack)] {
         if flying {
-            while !flight.step::<W, N, O, Q, D, G, Pr>(wide, &mut stack, probe) {}
+            while !flight.step(wide, &mut stack, probe) {}
             answers[flight.place] = flight.search.best.into();
         }
     }
@@ -287,15 +251,15 @@ struct Waiting<'a> {
 impl<'a> Waiting<'a> {
     /// Sends the next ray on its way, if there is one.
     #[inline(always)]
-    fn start<const W: usize, N, P: Pack<W>, G: Goal, L: Leaves>(
+    fn start<const W: usize, I: Instructions<W>, G: Goal, L: Leaves, N>(
         &mut self,
-        flight: &mut Flight<'a, P, L>,
+        flight: &mut Flight<'a, W, I, G, L>,
         wide: &WideBvh<W, N>,
     ) -> bool {
         while let Some(ray) = self.rays.get(self.next) {
             flight.place = self.next;
             self.next += 1;
-            if flight.start::<W, N, G>(wide, ray).is_ok() {
+            if flight.start(wide, ray).is_ok() {
                 return true;
             }
             self.out_of_range.push(flight.place);
@@ -318,9 +282,14 @@ pub(in crate::trace) fn wide_hit<const W: usize, N: Node<W>, G: Goal, L: Leaves,
     probe: &mut Pr,
 ) -> Result<Option<Hit>, OutOfRange>
 where
-    Instructions: For<W>,
+    Baseline: Instructions<W>,
+    Best: Instructions<W>,
 {
-    <Instructions as For<W>>::search::<N, G, L, Pr>(level, wide, ray, scratch, probe)
+    if level >= Simd::Avx2 {
+        // SAFETY: the level says that AVX2 is there.
+        return unsafe { search_best::<W, N, G, L, Pr>(wide, ray, scratch, probe) };
+    }
+    search::<W, Baseline, N, G, L, Pr>(wide, ray, scratch, probe)
 }
 
 /// Many searches by the instructions of `level`: one answer a ray, in `answers`. Returns the places of rays that are
@@ -334,124 +303,35 @@ pub(in crate::trace) fn wide_hits<const W: usize, N: Node<W>, G: Goal, L: Leaves
     probe: &mut Pr,
 ) -> Vec<usize>
 where
-    Instructions: For<W>,
+    Baseline: Instructions<W>,
+    Best: Instructions<W>,
 {
-    <Instructions as For<W>>::search_all::<N, G, L, Pr>(level, wide, rays, answers, scratch, probe)
+    if level >= Simd::Avx2 {
+        // SAFETY: the level says that AVX2 is there.
+        return unsafe { search_all_best::<W, N, G, L, Pr>(wide, rays, answers, scratch, probe) };
+    }
+    search_all::<W, Baseline, N, G, L, Pr>(wide, rays, answers, scratch, probe)
 }
-
-/// The sets of instructions that there are for a width.
-pub(in crate::trace) struct Instructions;
-
-/// A width that kernels are made for.
-pub(in crate::trace) trait For<const W: usize> {
-    /// [`wide_hit`].
-    fn search<N: Node<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
-        level: Simd,
-        wide: &WideBvh<W, N>,
-        ray: &Ray,
-        scratch: &mut Scratch,
-        probe: &mut Pr,
-    ) -> Result<Option<Hit>, OutOfRange>;
-
-    /// [`wide_hits`].
-    fn search_all<N: Node<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
-        level: Simd,
-        wide: &WideBvh<W, N>,
-        rays: &[Ray],
-        answers: &mut [HitRecord],
-        scratch: &mut Scratch,
-        probe: &mut Pr,
-    ) -> Vec<usize>;
-}
-
-#[cfg(target_arch = "x86_64")]
-use super::pack::{Avx, Sse, TwoSse};
-#[cfg(target_arch = "x86_64")]
-use super::pack64::{Avx64, TwoSse64};
-
-/// `For<$width>`, by packs for AVX2, for the x86-64 baseline, and for other processors.
-macro_rules! instructions {
-    ($width:literal, $avx:ty, $sse:ty) => {
-        impl For<$width> for Instructions {
-            #[inline]
-            fn search<N: Node<$width>, G: Goal, L: Leaves, Pr: TraceProbe>(
-                level: Simd,
-                wide: &WideBvh<$width, N>,
-                ray: &Ray,
-                scratch: &mut Scratch,
-                probe: &mut Pr,
-            ) -> Result<Option<Hit>, OutOfRange> {
-                #[cfg(target_arch = "x86_64")]
-                {
-                    if level >= Simd::Avx2 {
-                        // SAFETY: the level says that AVX2 is there.
-                        return unsafe { search_avx2::<$width, N, $avx, G, L, Pr>(wide, ray, scratch, probe) };
-                    }
-                    search::<$width, N, $sse, ByEach, Sse, TwoSse64, G, L, Pr>(wide, ray, scratch, probe)
-                }
-                #[cfg(not(target_arch = "x86_64"))]
-                {
-                    let _ = level;
-                    search::<$width, N, Portable<$width>, ByEach, Portable<4>, Portable64, G, L, Pr>(
-                        wide, ray, scratch, probe,
-                    )
-                }
-            }
-
-            fn search_all<N: Node<$width>, G: Goal, L: Leaves, Pr: TraceProbe>(
-                level: Simd,
-                wide: &WideBvh<$width, N>,
-                rays: &[Ray],
-                answers: &mut [HitRecord],
-                scratch: &mut Scratch,
-                probe: &mut Pr,
-            ) -> Vec<usize> {
-                #[cfg(target_arch = "x86_64")]
-                {
-                    if level >= Simd::Avx2 {
-                        // SAFETY: the level says that AVX2 is there.
-                        return unsafe {
-                            search_all_avx2::<$width, N, $avx, G, L, Pr>(wide, rays, answers, scratch, probe)
-                        };
-                    }
-                    search_all::<$width, N, $sse, ByEach, Sse, TwoSse64, G, L, Pr>(wide, rays, answers, scratch, probe)
-                }
-                #[cfg(not(target_arch = "x86_64"))]
-                {
-                    let _ = level;
-                    search_all::<$width, N, Portable<$width>, ByEach, Portable<4>, Portable64, G, L, Pr>(
-                        wide, rays, answers, scratch, probe,
-                    )
-                }
-            }
-        }
-    };
-}
-
-instructions!(4, Sse, Sse);
-instructions!(8, Avx, TwoSse);
 
 /// # Safety
-/// The processor is of level [`Simd::Avx2`].
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn search_avx2<const W: usize, N: Node<W>, P: Pack<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
+/// On x86-64 the processor is of level [`Simd::Avx2`].
+#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt"))]
+unsafe fn search_best<const W: usize, N: Node<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
     wide: &WideBvh<W, N>,
     ray: &Ray,
     scratch: &mut Scratch,
     probe: &mut Pr,
 ) -> Result<Option<Hit>, OutOfRange>
 where
-    ByPermutation: Push<W, P>,
+    Best: Instructions<W>,
 {
-    search::<W, N, P, ByPermutation, Sse, Avx64, G, L, Pr>(wide, ray, scratch, probe)
+    search::<W, Best, N, G, L, Pr>(wide, ray, scratch, probe)
 }
 
 /// # Safety
-/// The processor is of level [`Simd::Avx2`].
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn search_all_avx2<const W: usize, N: Node<W>, P: Pack<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
+/// On x86-64 the processor is of level [`Simd::Avx2`].
+#[cfg_attr(target_arch = "x86_64", target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt"))]
+unsafe fn search_all_best<const W: usize, N: Node<W>, G: Goal, L: Leaves, Pr: TraceProbe>(
     wide: &WideBvh<W, N>,
     rays: &[Ray],
     answers: &mut [HitRecord],
@@ -459,9 +339,9 @@ unsafe fn search_all_avx2<const W: usize, N: Node<W>, P: Pack<W>, G: Goal, L: Le
     probe: &mut Pr,
 ) -> Vec<usize>
 where
-    ByPermutation: Push<W, P>,
+    Best: Instructions<W>,
 {
-    search_all::<W, N, P, ByPermutation, Sse, Avx64, G, L, Pr>(wide, rays, answers, scratch, probe)
+    search_all::<W, Best, N, G, L, Pr>(wide, rays, answers, scratch, probe)
 }
 
 /// The scalar twin, for tests.
@@ -472,5 +352,5 @@ pub(super) fn twin<const W: usize, N: Node<W>, G: Goal, L: Leaves, Pr: TraceProb
     scratch: &mut Scratch,
     probe: &mut Pr,
 ) -> Result<Option<Hit>, OutOfRange> {
-    search::<W, N, Portable<W>, ByEach, Portable<4>, Portable64, G, L, Pr>(wide, ray, scratch, probe)
+    search::<W, Plain, N, G, L, Pr>(wide, ray, scratch, probe)
 }
