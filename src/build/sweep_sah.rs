@@ -73,10 +73,8 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &SweepSah, probe: &mut P) -> Resu
         let later = jobs.split_off(jobs.len().min(BATCH));
         let grown: Vec<_> =
             jobs.into_par_iter().with_max_len(1).map(|(open, part)| sweep.subtree(open, part)).collect();
-        for (root, subtree, done) in grown {
-            append(&mut nodes, root, &subtree);
-            costs += done;
-        }
+        append(&mut nodes, &grown.iter().map(|(root, subtree, _)| (*root, &subtree[..])).collect::<Vec<_>>());
+        costs += grown.iter().map(|(_, _, done)| done).sum::<u64>();
         jobs = later;
     }
     probe.add(Work::SplitCosts, costs);

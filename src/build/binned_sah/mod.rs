@@ -199,8 +199,8 @@ fn grow_all<P: Probe>(
                 },
             )
             .collect();
-        for (place, block, done) in grown {
-            append(&mut nodes, place, &block);
+        append(&mut nodes, &grown.iter().map(|(place, block, _)| (*place, &block[..])).collect::<Vec<_>>());
+        for (_, _, done) in grown {
             tally.binned += done.binned;
             tally.costs += done.costs;
         }

@@ -228,10 +228,11 @@ impl<const K: usize> Builder<K> {
             (open.node, divided)
         };
         let done: Vec<_> = jobs.into_par_iter().with_max_len(1).map(run).collect();
-        for (node, divided) in done {
-            let shift = nodes.len() - 1;
-            append(nodes, node, &divided.nodes);
+        let mut shift = nodes.len() - 1;
+        append(nodes, &done.iter().map(|(node, divided)| (*node, &divided.nodes[..])).collect::<Vec<_>>());
+        for (_, divided) in done {
             level.extend(divided.open.iter().map(|&open| Open { node: open.node + shift, ..open }));
+            shift += divided.nodes.len() - 1;
         }
     }
 }
