@@ -17,9 +17,10 @@ use crate::bvh::Bvh;
 /// once in the leaf that replaces it, whose box is that of the subtree. The output stands in depth-first order, siblings
 /// next to each other. Time is O(nodes).
 pub fn open_leaves(bvh: &Bvh, max_leaf: usize) -> Bvh {
-    let best = decide(bvh, max_leaf);
+    // The costs go before the new tree comes.
+    let closed: Vec<bool> = decide(bvh, max_leaf).into_iter().map(|best| best.closed).collect();
     depth_first(bvh, bvh.arity, |index, children| {
-        if !best[index].closed {
+        if !closed[index] {
             children.extend(bvh.children(index));
         }
     })

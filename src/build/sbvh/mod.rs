@@ -6,7 +6,8 @@
 //!
 //! Deviations:
 //! - Object splits are not binned: every position of each axis is evaluated.
-//! - Where a node has few references, the planes tried are the faces of their boxes.
+//! - Small nodes are cut into fewer slabs than large ones. Where a node has few references, the planes tried are the faces of
+//!   their boxes.
 //! - A reference is the part of a triangle within the box left by *all* cuts so far, clipped in f64, and drawn with a
 //!   margin, so that no hit is lost (`reference`). The paper intersects boxes. Where triangles are not known, boxes are
 //!   cut.
@@ -43,7 +44,7 @@ use subtree::{Subtree, assemble};
 /// How the tree is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sbvh {
-    /// Slabs that planes cut a node into, per axis: 2 to 4096.
+    /// Slabs that planes cut a large node into, per axis: 2 to 4096. Small nodes have fewer.
     pub bins: usize,
     /// References that may be added, in percent of the triangles. With none the tree is that of object splits alone.
     pub budget: usize,
@@ -54,9 +55,10 @@ pub struct Sbvh {
 }
 
 impl Default for Sbvh {
-    /// The paper's α. Few scenes use up the budget; hair does.
+    /// The paper's α. Few scenes use up the budget; hair does. With 32 bins a teapot in a stadium comes out 1 to 3 % dearer, and so does
+    /// a staircase once it is refined; with 128 in small nodes, too, the build takes half as long again for 1 % at most.
     fn default() -> Self {
-        Self { bins: 32, budget: 100, overlap: 1e-5, max_leaf: MAX_LEAF }
+        Self { bins: 128, budget: 100, overlap: 1e-5, max_leaf: MAX_LEAF }
     }
 }
 
@@ -146,7 +148,7 @@ pub fn build<P: Probe>(input: Input, params: &Sbvh, probe: &mut P) -> Result<Bvh
             return Err(unfinished(&small[subtrees.len()..]));
         }
     }
-    let bvh = assemble(&upper, &subtrees);
+    let bvh = assemble(&upper, subtrees);
     Ok(if params.max_leaf > 1 { open_leaves(&bvh, params.max_leaf) } else { bvh })
 }
 

@@ -51,8 +51,8 @@ impl Subtree {
     }
 }
 
-/// The tree, in depth-first order with siblings next to each other.
-pub(super) fn assemble(upper: &[Upper], subtrees: &[Subtree]) -> Bvh {
+/// The tree, in depth-first order with siblings next to each other. Subtrees go as they find their place.
+pub(super) fn assemble(upper: &[Upper], subtrees: Vec<Subtree>) -> Bvh {
     let nodes: usize = subtrees.iter().map(|s| s.nodes.len()).sum();
     let mut bvh = Bvh {
         nodes: Vec::with_capacity(nodes + upper.len()),
@@ -60,6 +60,7 @@ pub(super) fn assemble(upper: &[Upper], subtrees: &[Subtree]) -> Bvh {
         arity: 2,
     };
     bvh.nodes.push(Node::leaf(Aabb::EMPTY, 0, 0));
+    let mut subtrees: Vec<_> = subtrees.into_iter().map(Some).collect();
     let mut open = vec![(0, 0)];
     while let Some((node, place)) = open.pop() {
         match upper[place] {
@@ -70,12 +71,12 @@ pub(super) fn assemble(upper: &[Upper], subtrees: &[Subtree]) -> Bvh {
                 open.extend([(first + 1, right), (first, left)]);
             }
             Upper::Subtree(number) => {
-                let Subtree { nodes, triangle_ids, .. } = &subtrees[number];
+                let Subtree { nodes, triangle_ids, .. } = subtrees[number].take().expect("it has one place");
                 // The root takes the place that is kept for it, all others follow.
                 let (first_node, first_slot) = (bvh.nodes.len() - 1, bvh.triangle_ids.len());
                 bvh.nodes[node] = moved(&nodes[0], first_node, first_slot);
                 bvh.nodes.extend(nodes[1..].iter().map(|n| moved(n, first_node, first_slot)));
-                bvh.triangle_ids.extend_from_slice(triangle_ids);
+                bvh.triangle_ids.extend(triangle_ids);
             }
         }
     }
