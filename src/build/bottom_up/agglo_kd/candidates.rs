@@ -34,6 +34,7 @@ pub(super) fn search<P: Probe>(
     starts.extend((1..placed.len()).filter(|&i| placed[i].1 != placed[i - 1].1).map(|i| i as u32));
     let entries: Vec<_> = (0u32..).zip(&starts).map(|(point, &start)| (point, placed[start as usize].1)).collect();
     starts.push(clusters.len() as u32);
+    drop(placed);
     let tree: ImmutableKdTree<f64, 3> =
         ImmutableKdTree::new_from_entries(&entries).expect("only mutable trees can fail");
     let mut lists = vec![NONE; clusters.len() * neighbours];
