@@ -6,8 +6,8 @@
 //!
 //! Deviations:
 //! - Object splits are not binned: every position of each axis is evaluated.
-//! - Small nodes are cut into fewer slabs than large ones. Where a node has few references, the planes tried are the faces of
-//!   their boxes.
+//! - Small nodes are cut into fewer slabs than large ones, and so are nodes whose references reach through many of them.
+//!   Where a node has few references, the planes tried are the faces of their boxes.
 //! - A reference is the part of a triangle within the box left by *all* cuts so far, clipped in f64, and drawn with a
 //!   margin, so that no hit is lost (`reference`). The paper intersects boxes. Where triangles are not known, boxes are
 //!   cut.

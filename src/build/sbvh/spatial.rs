@@ -32,6 +32,10 @@ struct Bin {
 
 const EMPTY: Bin = Bin { aabb: Aabb::EMPTY, entries: 0, exits: 0 };
 
+/// Pieces that a reference is chopped into, on average: where most reach from one end of the node to the other there are so many slabs
+/// and no more. Twice as many make the tree cheaper by 0.2 % at most, and the build longer by a quarter in hair.
+const PIECES: usize = 8;
+
 /// References from which on they are put into bins in parallel, so many at a time.
 const CHUNK: usize = 1 << 12;
 
@@ -54,9 +58,9 @@ pub(super) struct Chop {
 }
 
 impl Planes {
-    /// Planes that cut the box of all references into `bins` equal slabs, or, where there are few references, those of
-    /// the faces of their boxes.
-    fn place(&mut self, references: &[Reference], aabb: &Aabb, axis: usize, bins: usize) {
+    /// Planes that cut the box of all references into `bins` equal slabs, at most `most`, or, where there are few
+    /// references, those of the faces of their boxes.
+    fn place(&mut self, references: &[Reference], aabb: &Aabb, axis: usize, mut bins: usize, most: usize) {
         let (low, high) = (aabb.min[axis], aabb.max[axis]);
         let (start, length) = (f64::from(low), f64::from(high) - f64::from(low));
         let planes = &mut self.at;
@@ -65,6 +69,7 @@ impl Planes {
             planes.extend(references.iter().flat_map(|r| [r.aabb.min[axis], r.aabb.max[axis]]));
             planes.sort_unstable_by(f32::total_cmp);
         } else {
+            bins = bins.min(most);
             planes.extend((1..bins).map(|k| (start + length * (k as f64 / bins as f64)) as f32));
         }
         planes.retain(|&at| low < at && at < high);
@@ -101,7 +106,7 @@ impl Planes {
 
 impl Chop {
     /// The best plane that adds at most `budget` references, if any separates something; of equally good ones the
-    /// lowest of the lowest axis. `aabb` is the box of all references.
+    /// lowest of the lowest axis. `aabb` is the box of all references, `bins` how many slabs it is cut into, or fewer ([`PIECES`]).
     pub fn best(
         &mut self,
         source: &Source,
@@ -110,8 +115,10 @@ impl Chop {
         bins: usize,
         budget: usize,
     ) -> Option<SpatialSplit> {
+        let extents = references.iter().fold(DVec3::ZERO, |sum, r| sum + r.aabb.extent());
+        let pieces = aabb.extent() * (PIECES * references.len()) as f64 / extents;
         for axis in 0..3 {
-            self.planes[axis].place(references, aabb, axis, bins);
+            self.planes[axis].place(references, aabb, axis, bins, pieces[axis] as usize);
             self.bins[axis].clear();
             self.bins[axis].resize(self.planes[axis].at.len() + 1, EMPTY);
         }

@@ -43,6 +43,21 @@ fn slivers(seed: u64, n: usize) -> Vec<Triangle> {
         .collect()
 }
 
+#[test]
+fn where_references_reach_through_a_node_it_has_few_slabs() {
+    let planes = |size: f32, bins: usize| {
+        let corner = |i: usize| Vec3::splat(i as f32 / 99.0 * (1.0 - size));
+        let boxes: Vec<_> = (0..100).map(|i| Aabb::new(corner(i), corner(i) + size)).collect();
+        let mut chop = Chop::default();
+        let references = references(&boxes);
+        chop.best(&Source(Input::of_boxes(&boxes)), &references, &union(&references), bins, 100);
+        chop.planes()
+    };
+    // Slabs on each of three axes; 32, as asked for, 16 and 8.
+    assert_eq!([0.01, 0.48, 1.0].map(|size| planes(size, 32)), [3 * 31, 3 * 15, 3 * 7]);
+    assert_eq!(planes(0.01, 64), 3 * 63);
+}
+
 proptest! {
     #[test]
     fn object_splits_are_the_best_of_all(seed: u64, n in 2usize..30, on_grid: bool) {
