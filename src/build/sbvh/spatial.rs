@@ -32,9 +32,17 @@ struct Bin {
 
 const EMPTY: Bin = Bin { aabb: Aabb::EMPTY, entries: 0, exits: 0 };
 
-/// Pieces that a reference is chopped into, on average: where most reach from one end of the node to the other there are so many slabs
-/// and no more. Twice as many make the tree cheaper by 0.2 % at most, and the build longer by a quarter in hair.
+/// References of a slab, but for small nodes, which have [`FEW`]: where there are many references, large things and small ones may lie
+/// side by side, and only a narrow slab parts them.
+const PER_SLAB: usize = 4;
+
+/// Pieces that a reference is chopped into on average, but where that makes fewer than [`FEW`] slabs. Twice as many make the tree
+/// cheaper by 0.2 % at most, and the build longer by a quarter in hair.
 const PIECES: usize = 8;
+
+/// Slabs that there are at least, as far as they are asked for. With half as many, planes are found that part a few references from
+/// the rest, again and again.
+const FEW: usize = 32;
 
 /// References from which on they are put into bins in parallel, so many at a time.
 const CHUNK: usize = 1 << 12;
@@ -106,7 +114,7 @@ impl Planes {
 
 impl Chop {
     /// The best plane that adds at most `budget` references, if any separates something; of equally good ones the
-    /// lowest of the lowest axis. `aabb` is the box of all references, `bins` how many slabs it is cut into, or fewer ([`PIECES`]).
+    /// lowest of the lowest axis. `aabb` is the box of all references, `bins` how many slabs it is cut into at most.
     pub fn best(
         &mut self,
         source: &Source,
@@ -115,10 +123,14 @@ impl Chop {
         bins: usize,
         budget: usize,
     ) -> Option<SpatialSplit> {
+        let n = references.len();
+        let bins = if bins > FEW { bins.min((n / PER_SLAB).max(FEW)) } else { bins };
         let extents = references.iter().fold(DVec3::ZERO, |sum, r| sum + r.aabb.extent());
-        let pieces = aabb.extent() * (PIECES * references.len()) as f64 / extents;
+        let pieces = aabb.extent() * (PIECES * n) as f64 / extents;
         for axis in 0..3 {
-            self.planes[axis].place(references, aabb, axis, bins, pieces[axis] as usize);
+            // Where nearly all of them reach from end to end, no plane is any better than another.
+            let most = if pieces[axis] < (PIECES + 1) as f64 { PIECES } else { (pieces[axis] as usize).max(FEW) };
+            self.planes[axis].place(references, aabb, axis, bins, most);
             self.bins[axis].clear();
             self.bins[axis].resize(self.planes[axis].at.len() + 1, EMPTY);
         }

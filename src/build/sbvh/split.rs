@@ -51,19 +51,7 @@ impl Effort {
     }
 }
 
-/// References of a slab, but for nodes so small that they have [`FEW_BINS`].
-const PER_BIN: usize = 4;
-
-/// Slabs of a small node.
-const FEW_BINS: usize = 32;
-
 impl Splitter<'_> {
-    /// Slabs for so many references: where there are many, large things and small ones may lie side by side, and only a narrow slab
-    /// parts them.
-    fn bins_for(&self, references: usize) -> usize {
-        self.params.bins.min((references / PER_BIN).max(FEW_BINS))
-    }
-
     /// Splits at least two references; the sides are in the workspace then, each in the old order. At most `budget`
     /// references are added. Returns what is left of it for either side.
     pub fn split(&self, references: &[Reference], aabb: &Aabb, budget: usize, room: &mut Workspace) -> [usize; 2] {
@@ -74,7 +62,7 @@ impl Splitter<'_> {
         let sides = object.sides(references);
         if budget > 0 && common_area(&sides[0].0, &sides[1].0) > self.least_overlap {
             let Workspace { chop, parts, left, right, effort, .. } = room;
-            let best = chop.best(&self.source, references, aabb, self.bins_for(n), budget);
+            let best = chop.best(&self.source, references, aabb, self.params.bins, budget);
             effort.binned += 3 * n as u64;
             effort.planes += chop.planes() as u64;
             if let Some(spatial) = best {

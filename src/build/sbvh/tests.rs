@@ -44,18 +44,19 @@ fn slivers(seed: u64, n: usize) -> Vec<Triangle> {
 }
 
 #[test]
-fn where_references_reach_through_a_node_it_has_few_slabs() {
-    let planes = |size: f32, bins: usize| {
-        let corner = |i: usize| Vec3::splat(i as f32 / 99.0 * (1.0 - size));
-        let boxes: Vec<_> = (0..100).map(|i| Aabb::new(corner(i), corner(i) + size)).collect();
+fn small_nodes_and_those_that_references_reach_through_have_few_slabs() {
+    let slabs = |n: usize, size: f32, bins: usize| {
+        let corner = |i: usize| Vec3::splat(i as f32 / (n - 1) as f32 * (1.0 - size));
+        let boxes: Vec<_> = (0..n).map(|i| Aabb::new(corner(i), corner(i) + size)).collect();
         let mut chop = Chop::default();
         let references = references(&boxes);
-        chop.best(&Source(Input::of_boxes(&boxes)), &references, &union(&references), bins, 100);
-        chop.planes()
+        chop.best(&Source(Input::of_boxes(&boxes)), &references, &union(&references), bins, n);
+        // As many on each of three axes.
+        chop.planes() / 3 + 1
     };
-    // Slabs on each of three axes; 32, as asked for, 16 and 8.
-    assert_eq!([0.01, 0.48, 1.0].map(|size| planes(size, 32)), [3 * 31, 3 * 15, 3 * 7]);
-    assert_eq!(planes(0.01, 64), 3 * 63);
+    assert_eq!([0.01, 0.099, 0.4, 1.0].map(|size| slabs(1000, size, 128)), [128, 80, 32, 8]);
+    assert_eq!([300, 200, 100].map(|n| slabs(n, 0.01, 128)), [75, 50, 32]);
+    assert_eq!([256, 128, 32, 16, 4].map(|bins| slabs(1000, 0.01, bins)), [250, 128, 32, 16, 4]);
 }
 
 proptest! {
