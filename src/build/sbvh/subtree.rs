@@ -47,6 +47,9 @@ impl Subtree {
                 open.push(Open { node: first + child, references: side.len(), budget: budgets[child] });
             }
         }
+        // Many wait for the last one.
+        nodes.shrink_to_fit();
+        triangle_ids.shrink_to_fit();
         Self { nodes, triangle_ids, effort: room.effort }
     }
 }
