@@ -1,4 +1,4 @@
-//! The sets of instructions that kernels are made of, and the choice among them when the program runs.
+//! The sets of instructions that kernels are made of.
 //!
 //! Every kernel is one body, generic over its [`Instructions`]. It is compiled for the baseline of the processor's family and, on
 //! x86-64, for AVX2 as well; both give the same answers and the same counts.
@@ -25,7 +25,10 @@ pub(in crate::trace) trait Instructions<const W: usize> {
 }
 
 /// What every processor of the family has: SSE2 on x86-64, plain Rust elsewhere.
+#[cfg(target_arch = "x86_64")]
 pub(in crate::trace) struct Baseline;
+#[cfg(not(target_arch = "x86_64"))]
+pub(in crate::trace) type Baseline = Plain;
 
 /// AVX2 and what comes with it.
 #[cfg(target_arch = "x86_64")]
@@ -38,7 +41,7 @@ pub(in crate::trace) type Best = Avx2;
 pub(in crate::trace) type Best = Baseline;
 
 /// Plain Rust: the scalar twin of the others.
-#[cfg(test)]
+#[cfg(any(test, not(target_arch = "x86_64")))]
 pub(in crate::trace) struct Plain;
 
 #[cfg(target_arch = "x86_64")]
@@ -77,15 +80,7 @@ mod x86 {
     }
 }
 
-#[cfg(not(target_arch = "x86_64"))]
-impl<const W: usize> Instructions<W> for Baseline {
-    type Children = Portable<W>;
-    type Order = ByEach;
-    type Four = Portable<BLOCK>;
-    type Four64 = Portable64;
-}
-
-#[cfg(test)]
+#[cfg(any(test, not(target_arch = "x86_64")))]
 impl<const W: usize> Instructions<W> for Plain {
     type Children = Portable<W>;
     type Order = ByEach;

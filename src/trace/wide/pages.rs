@@ -37,6 +37,7 @@ unsafe impl Allocator for HugePages {
         }
     }
 
+    // SAFETY: the caller's promise is the trait's: memory of `allocate`, with a layout that fits it.
     unsafe fn deallocate(&self, memory: NonNull<u8>, layout: Layout) {
         match in_pages(layout) {
             // SAFETY: it was mapped with as many bytes.
@@ -94,6 +95,9 @@ mod system {
         None
     }
 
+    /// # Safety
+    /// None is asked for: [`map`] never gives anything, so there is nothing to give back.
+    // SAFETY: unsafe only as its like for Linux is; it does nothing.
     pub(super) unsafe fn unmap(_: NonNull<u8>, _: usize) {}
 }
 
