@@ -17,7 +17,7 @@
 #[cfg(test)]
 mod tests;
 
-use super::subtrees::append;
+use super::subtrees::grow_behind;
 use super::{BuildError, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
@@ -59,7 +59,7 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &SweepSah, probe: &mut P) -> Resu
     let part = Part { start: 0, orders: [x, y, z] };
     let root = Open { node: 0, start: 0, count: boxes.len(), aabb: Aabb::union_of(boxes) };
     let mut top = Stage { stack: vec![root], later: Vec::new(), least: SUBTREE, costs: 0 };
-    let part = top.grow(&sweep, part, &mut nodes, |steps| probe.go_on(steps));
+    let part = top.grow(&sweep, part, &mut Scratch::default(), &mut nodes, |steps| probe.go_on(steps));
     if !top.stack.is_empty() {
         let pending = top.stack.iter().chain(&top.later).map(|open| open.count).collect();
         return Err(BuildError::Stopped(Unfinished { pending }));
@@ -71,10 +71,11 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &SweepSah, probe: &mut P) -> Resu
             return Err(BuildError::Stopped(Unfinished { pending: jobs.iter().map(|(open, _)| open.count).collect() }));
         }
         let later = jobs.split_off(jobs.len().min(BATCH));
-        let grown: Vec<_> =
-            jobs.into_par_iter().with_max_len(1).map(|(open, part)| sweep.subtree(open, part)).collect();
-        append(&mut nodes, &grown.iter().map(|(root, subtree, _)| (*root, &subtree[..])).collect::<Vec<_>>());
-        costs += grown.iter().map(|(_, _, done)| done).sum::<u64>();
+        let room = jobs.iter().map(|(open, _)| 2 * open.count - 2).sum();
+        let grow = |scratch: &mut Scratch, (open, part): (Open, Part), subtree: &mut Vec<Node>| {
+            (open.node, sweep.subtree(open, part, scratch, subtree))
+        };
+        costs += grow_behind(&mut nodes, room, jobs, Scratch::default, grow).iter().map(|(_, done)| done).sum::<u64>();
         jobs = later;
     }
     probe.add(Work::SplitCosts, costs);
@@ -157,10 +158,10 @@ impl Stage {
         &mut self,
         sweep: &Sweep,
         mut part: Part<'a>,
+        scratch: &mut Scratch,
         nodes: &mut Vec<Node>,
         mut go_on: impl FnMut(u64) -> bool,
     ) -> Part<'a> {
-        let mut scratch = Scratch::default();
         while let Some(open) = self.stack.pop() {
             if open.count <= self.least {
                 self.later.push(open);
@@ -172,7 +173,7 @@ impl Stage {
             }
             let range = open.start - part.start..open.start - part.start + open.count;
             let mut orders = part.orders.each_mut().map(|order| &mut order[range.clone()]);
-            let split = sweep.best(&orders.each_ref().map(|order| &**order), &mut scratch, &mut self.costs);
+            let split = sweep.best(&orders.each_ref().map(|order| &**order), scratch, &mut self.costs);
             let area = open.aabb.surface_area();
             let closes =
                 split.is_none_or(|s| open.count <= sweep.max_leaf && area * open.count as f64 <= area + s.cost);
@@ -180,7 +181,7 @@ impl Stage {
                 nodes[open.node] = Node::leaf(open.aabb, open.start, open.count);
                 continue;
             };
-            sweep.part(&mut orders, &split, &mut scratch);
+            sweep.part(&mut orders, &split, scratch);
             let first = nodes.len();
             nodes[open.node] = Node::inner(open.aabb, first, 2);
             nodes.extend([Node::leaf(Aabb::EMPTY, 0, 0); 2]);
@@ -201,13 +202,13 @@ struct Scratch {
 }
 
 impl Sweep<'_> {
-    /// The place of a node, its subtree with itself in front, and the splits costed.
-    fn subtree(&self, open: Open, part: Part) -> (usize, Vec<Node>, u64) {
-        let mut nodes = Vec::with_capacity(2 * open.count - 1);
+    /// The subtree of a node, with itself in front, into `nodes`. Returns the splits costed.
+    fn subtree(&self, open: Open, part: Part, scratch: &mut Scratch, nodes: &mut Vec<Node>) -> u64 {
+        nodes.reserve(2 * open.count - 1);
         nodes.push(Node::leaf(Aabb::EMPTY, 0, 0));
         let mut stage = Stage { stack: vec![Open { node: 0, ..open }], later: Vec::new(), least: 0, costs: 0 };
-        stage.grow(self, part, &mut nodes, |_| true);
-        (open.node, nodes, stage.costs)
+        stage.grow(self, part, scratch, nodes, |_| true);
+        stage.costs
     }
 
     fn around(&self, ids: &[u32]) -> Aabb {

@@ -7,7 +7,9 @@ use super::{WIDEST, few};
 use crate::bvh::Node;
 use crate::geom::Aabb;
 use crate::simd::Simd;
+use arrayvec::ArrayVec;
 use rayon::prelude::*;
+use std::mem::MaybeUninit;
 
 /// A node of which the references, the box and the bins are known.
 #[derive(Clone, Copy, Debug)]
@@ -36,19 +38,32 @@ pub(super) struct Open {
 pub(super) struct Part<'a> {
     /// Index of the first reference and of the first slot of this part.
     pub start: usize,
-    pub arrays: [&'a mut [Lanes]; 2],
+    /// Written in the one array or the other, as each [`Place`] says.
+    pub arrays: [&'a mut [MaybeUninit<Lanes>]; 2],
     pub ids: &'a mut [u32],
+}
+
+/// References that have been written.
+///
+/// # Safety
+/// All of them have.
+#[inline(always)]
+unsafe fn written(references: &[MaybeUninit<Lanes>]) -> &[Lanes] {
+    // SAFETY: the same layout; the caller's.
+    unsafe { &*(std::ptr::from_ref(references) as *const [Lanes]) }
 }
 
 impl Part<'_> {
     /// The references of a node, where they are and where they go to, and their slots.
     #[inline(always)]
-    fn of(&mut self, place: &Place) -> (&mut [Lanes], &mut [Lanes], &mut [u32]) {
+    fn of(&mut self, place: &Place) -> (&[Lanes], &mut [MaybeUninit<Lanes>], &mut [u32]) {
         let range = place.start - self.start..place.start - self.start + place.count;
         let [first, second] = &mut self.arrays;
         let (first, second) = (&mut first[range.clone()], &mut second[range.clone()]);
         let ids = &mut self.ids[range];
-        if place.in_second { (second, first, ids) } else { (first, second, ids) }
+        let (from, to) = if place.in_second { (second, first) } else { (first, second) };
+        // SAFETY: `Grower::root` has them in the first array; `Cut::pass` has written all of a node's to the other one.
+        (unsafe { written(from) }, to, ids)
     }
 }
 
@@ -59,6 +74,14 @@ pub(super) struct Tally {
     pub binned: u64,
     /// Splits of which the cost was taken.
     pub costs: u64,
+}
+
+impl Tally {
+    /// Adds further work.
+    pub fn add(&mut self, more: &Self) {
+        self.binned += more.binned;
+        self.costs += more.costs;
+    }
 }
 
 /// What one thread, or all of them together, grow subtrees with.
@@ -76,7 +99,7 @@ pub(super) struct Grower {
 const BY_INDEX: usize = 3;
 
 /// Below so many references a node is divided by one thread.
-const SHARED: usize = 1 << 15;
+pub(super) const SHARED: usize = 1 << 15;
 
 /// References that are parted before they go into bins, so that what either loop does for one of them overlaps with what
 /// it does for others.
@@ -92,13 +115,18 @@ impl Grower {
         Self { simd, max_leaf, bins, shares, stack: Vec::new(), tally: Tally::default() }
     }
 
-    /// The root over all references of `part`; written, if it needs no dividing.
-    pub fn root(&mut self, part: &mut Part, survey: &Survey, nodes: &mut Vec<Node>) -> Option<Open> {
+    /// The root over all references of `part`, which are in the first array; a leaf, if it needs no dividing.
+    ///
+    /// # Safety
+    /// They have been written there.
+    pub unsafe fn root(&mut self, part: &mut Part, survey: &Survey, nodes: &mut Vec<Node>) -> Option<Open> {
         let (count, simd) = (part.ids.len(), self.simd);
         let Survey { aabb, span, .. } = *survey;
         let grid = Grid::over(&span, self.bins_for(count), count >= WIDEST);
         let run = if count >= SHARED { count.div_ceil(self.shares.len()) } else { count };
-        let runs = part.arrays[0].par_chunks(run).zip(self.shares.par_iter_mut());
+        // SAFETY: the caller's.
+        let references = unsafe { written(part.arrays[0]) };
+        let runs = references.par_chunks(run).zip(self.shares.par_iter_mut());
         runs.for_each(|(run, bins)| fill_with(simd, bins, 0, &grid, run));
         let (all, more) = self.shares.split_first_mut().expect("one share at least");
         more.iter().take(count.div_ceil(run) - 1).for_each(|share| all.merge(share, 0, grid.bins()));
@@ -109,50 +137,34 @@ impl Grower {
         self.settle(0, root, part, nodes)
     }
 
-    /// Grows everything below `open`, except below nodes of at most `least` references, which are left in `later`.
-    /// Gives up where `go_on`, told of the references of each node that is divided, says so.
-    pub fn grow(
-        &mut self,
-        open: Open,
-        part: &mut Part,
-        nodes: &mut Vec<Node>,
-        least: usize,
-        later: &mut Vec<Open>,
-        mut go_on: impl FnMut(u64) -> bool,
-    ) -> bool {
-        self.stack.clear();
-        self.stack.push(open);
-        while let Some(open) = self.stack.pop() {
-            if open.place.count <= least {
-                later.push(open);
-                continue;
-            }
-            if !go_on(open.place.count as u64) {
-                self.stack.push(open);
-                return false;
-            }
-            #[cfg(target_arch = "x86_64")]
-            if self.simd >= Simd::Avx2 {
-                // SAFETY: `Simd` says that the processor has AVX2.
-                unsafe { self.divide_avx2(&open, part, nodes) };
-                continue;
-            }
-            // SAFETY: without AVX.
-            unsafe { self.divide::<false>(&open, part, nodes) };
+    /// Grows everything below `open`.
+    pub fn grow(&mut self, open: Open, part: &mut Part, nodes: &mut Vec<Node>) {
+        let mut stack = std::mem::take(&mut self.stack);
+        stack.push(open);
+        while let Some(open) = stack.pop() {
+            // The right one waits.
+            stack.extend(self.divide(open, part, nodes).into_iter().rev());
         }
-        true
+        self.stack = stack;
     }
 
-    /// Nodes that were left when growing was given up.
-    pub fn pending(&self) -> impl Iterator<Item = usize> + '_ {
-        self.stack.iter().map(|open| open.place.count)
+    /// Parts the references of a node, fills the bins of its children and settles them. Returns those that are to be divided
+    /// further, left before right.
+    pub fn divide(&mut self, open: Open, part: &mut Part, nodes: &mut Vec<Node>) -> ArrayVec<Open, 2> {
+        #[cfg(target_arch = "x86_64")]
+        if self.simd >= Simd::Avx2 {
+            // SAFETY: `Simd` says that the processor has AVX2.
+            return unsafe { self.divide_avx2(&open, part, nodes) };
+        }
+        // SAFETY: without AVX.
+        unsafe { self.divide_by::<false>(&open, part, nodes) }
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn divide_avx2(&mut self, open: &Open, part: &mut Part, nodes: &mut Vec<Node>) {
+    fn divide_avx2(&mut self, open: &Open, part: &mut Part, nodes: &mut Vec<Node>) -> ArrayVec<Open, 2> {
         // SAFETY: AVX2 includes AVX.
-        unsafe { self.divide::<true>(open, part, nodes) };
+        unsafe { self.divide_by::<true>(open, part, nodes) }
     }
 
     /// Bins of a node: few for few references.
@@ -161,12 +173,17 @@ impl Grower {
         self.bins.min(few(count))
     }
 
-    /// Parts the references of a node, fills the bins of its children and settles them.
+    /// [`Self::divide`].
     ///
     /// # Safety
     /// `WIDE` only where the processor has AVX.
     #[inline(always)]
-    unsafe fn divide<const WIDE: bool>(&mut self, open: &Open, part: &mut Part, nodes: &mut Vec<Node>) {
+    unsafe fn divide_by<const WIDE: bool>(
+        &mut self,
+        open: &Open,
+        part: &mut Part,
+        nodes: &mut Vec<Node>,
+    ) -> ArrayVec<Open, 2> {
         let (place, plane) = (&open.place, &open.plane);
         let first = nodes.len();
         nodes[place.node] = Node::inner(place.aabb.aabb(), first, 2);
@@ -182,7 +199,9 @@ impl Grower {
         });
         let (from, to, _) = part.of(place);
         if by_index {
-            to.copy_from_slice(from);
+            to.iter_mut().zip(from).for_each(|(to, reference)| {
+                to.write(*reference);
+            });
         } else {
             let cut = Cut { side_of: place.grid.side_of(plane.axis, plane.bin), grids };
             self.tally.binned += counts.iter().filter(|&&n| n > SMALL).sum::<usize>() as u64;
@@ -196,7 +215,8 @@ impl Grower {
         }
         let in_second = !place.in_second;
         let starts = [place.start, place.start + plane.left];
-        for side in [1, 0] {
+        let mut children = ArrayVec::new();
+        for side in [0, 1] {
             let child = Place {
                 node: first + side,
                 start: starts[side],
@@ -206,17 +226,15 @@ impl Grower {
                 span: spans[side],
                 grid: grids[side].unwrap_or(Grid::NONE),
             };
-            if let Some(open) = self.settle(side, child, part, nodes) {
-                self.stack.push(open);
-            }
+            children.extend(self.settle(side, child, part, nodes));
         }
+        children
     }
 
     /// Makes a node a leaf, or a small subtree, or opens it with the best plane of its bins.
     #[inline(always)]
     fn settle(&mut self, side: usize, mut place: Place, part: &mut Part, nodes: &mut Vec<Node>) -> Option<Open> {
         let (references, _, ids) = part.of(&place);
-        let references = &*references;
         let Place { node, start, count, .. } = place;
         let m = self.max_leaf;
         if count <= SMALL {
@@ -257,7 +275,7 @@ impl Grower {
     }
 
     /// [`Cut::pass`] by all threads, each with its own run of references.
-    fn pass_shared(&mut self, from: &[Lanes], to: &mut [Lanes], left: usize, cut: &Cut) {
+    fn pass_shared(&mut self, from: &[Lanes], to: &mut [MaybeUninit<Lanes>], left: usize, cut: &Cut) {
         let simd = self.simd;
         let run = from.len().div_ceil(self.shares.len());
         let lefts: Vec<usize> = from.par_chunks(run).map(|run| cut.lefts(run)).collect();
@@ -318,11 +336,14 @@ trait Target {
 
     /// Those put to each side since the last call.
     fn latest(&mut self) -> [&[Lanes]; 2];
+
+    /// Whether every place has one.
+    fn is_full(&self) -> bool;
 }
 
 /// Both sides, next to each other.
 struct Whole<'a> {
-    to: &'a mut [Lanes],
+    to: &'a mut [MaybeUninit<Lanes>],
     /// References on the left so far.
     left: usize,
     first_right: usize,
@@ -338,7 +359,7 @@ impl Target for Whole<'_> {
         // Without a branch, which would be guessed wrong often.
         let right = self.first_right + (self.moved - self.left);
         let at = self.left ^ ((self.left ^ right) & side.wrapping_neg());
-        self.to[at] = *reference;
+        self.to[at].write(*reference);
         self.left += 1 - side;
         self.moved += 1;
     }
@@ -347,13 +368,19 @@ impl Target for Whole<'_> {
     fn latest(&mut self) -> [&[Lanes]; 2] {
         let (left, moved) = std::mem::replace(&mut self.last, (self.left, self.moved));
         let right = self.first_right + (moved - left)..self.first_right + (self.moved - self.left);
-        [&self.to[left..self.left], &self.to[right]]
+        // SAFETY: `put` wrote from either first place on, without a gap.
+        [&self.to[left..self.left], &self.to[right]].map(|latest| unsafe { written(latest) })
+    }
+
+    #[inline(always)]
+    fn is_full(&self) -> bool {
+        (self.left, self.moved) == (self.first_right, self.to.len())
     }
 }
 
 /// A part of each side.
 struct Parted<'a> {
-    to: [&'a mut [Lanes]; 2],
+    to: [&'a mut [MaybeUninit<Lanes>]; 2],
     at: [usize; 2],
     /// `at` at the last call of [`Target::latest`].
     last: [usize; 2],
@@ -362,14 +389,20 @@ struct Parted<'a> {
 impl Target for Parted<'_> {
     #[inline(always)]
     fn put(&mut self, side: usize, reference: &Lanes) {
-        self.to[side][self.at[side]] = *reference;
+        self.to[side][self.at[side]].write(*reference);
         self.at[side] += 1;
     }
 
     #[inline(always)]
     fn latest(&mut self) -> [&[Lanes]; 2] {
         let last = std::mem::replace(&mut self.last, self.at);
-        [0, 1].map(|side| &self.to[side][last[side]..self.at[side]])
+        // SAFETY: `put` wrote to these places, one after the other.
+        [0, 1].map(|side| unsafe { written(&self.to[side][last[side]..self.at[side]]) })
+    }
+
+    #[inline(always)]
+    fn is_full(&self) -> bool {
+        self.at == [self.to[0].len(), self.to[1].len()]
     }
 }
 
@@ -382,6 +415,9 @@ struct Cut {
 
 impl Cut {
     /// Moves each reference to its side, in the order in which they are, and into the bins of that side.
+    ///
+    /// # Panics
+    /// Unless as many as were counted are on either side.
     ///
     /// # Safety
     /// `WIDE` only where the processor has AVX.
@@ -405,6 +441,7 @@ impl Cut {
                 }
             }
         }
+        assert!(to.is_full(), "references were miscounted");
         if alternately {
             for (side, grid) in self.grids.iter().enumerate() {
                 bins.merge_others(side, grid.as_ref().map_or(0, Grid::bins));

@@ -9,8 +9,8 @@
 //! bins have to be laid before the child's centres are known: over the part of its parent's span on its side of the
 //! plane, as far as its box, which follows from the parent's bins, can have centres in it.
 //!
-//! **Parallel.** Large nodes are divided by all threads, each with a run of references; what is left are subtrees that
-//! fit into a core's cache, one thread each. Parting is stable, and minima, maxima and counts know no order, so the
+//! **Parallel.** Large nodes are divided level by level: a few of them by all threads, each with a run of references,
+//! many by one thread each. What is left are subtrees that fit into a core's cache, one thread each. Parting is stable, and minima, maxima and counts know no order, so the
 //! tree does not depend on the threads.
 //!
 //! **Numbers.** Costs are f32, of half areas. Scenes so large or so small that this could overflow or vanish are built
@@ -27,17 +27,19 @@ mod bins;
 mod grow;
 mod lanes;
 mod small;
+mod team;
 #[cfg(test)]
 mod tests;
 
-use super::subtrees::append;
 use super::{BuildError, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
-use crate::bvh::{Bvh, Node};
+use crate::bvh::Bvh;
 use crate::geom::Aabb;
 use crate::simd::Simd;
-use grow::{Grower, Open, Part, Tally};
+use grow::Part;
 use lanes::{Lanes, Survey};
 use rayon::prelude::*;
+use std::mem::MaybeUninit;
+use team::{Task, Team};
 
 /// The most bins on an axis.
 pub const MOST_BINS: usize = 256;
@@ -84,36 +86,38 @@ fn build_at<P: Probe>(simd: Simd, boxes: &[Aabb], params: &BinnedSah, probe: &mu
     if !(2..=MOST_BINS).contains(&params.bins) {
         return Err(BuildError::Parameter(format!("binned-sah takes 2 to {MOST_BINS} bins")));
     }
-    let (references, survey) = references(boxes)?;
+    let mut references = Vec::with_capacity(boxes.len());
+    let references = &mut references.spare_capacity_mut()[..boxes.len()];
+    let survey = survey(boxes, references)?;
     let scale = scale_for(&survey.aabb.aabb());
     if scale == 1.0 {
-        return grow_all(simd, references, &survey, params, probe);
+        // SAFETY: `survey` wrote them.
+        return unsafe { grow_all(simd, references, &survey, params, probe) };
     }
     let scaled: Vec<_> = boxes.iter().map(|b| Aabb::new(b.min * scale, b.max * scale)).collect();
-    let (references, survey) = self::references(&scaled)?;
-    Ok(with_boxes_of(grow_all(simd, references, &survey, params, probe)?, boxes))
+    let survey = self::survey(&scaled, references)?;
+    // SAFETY: as above.
+    let bvh = unsafe { grow_all(simd, references, &survey, params, probe)? };
+    Ok(with_boxes_of(bvh, boxes))
 }
 
-/// The references to all boxes, and what they are like.
-fn references(boxes: &[Aabb]) -> Result<(Vec<Lanes>, Survey), BuildError> {
+/// What the boxes are like. Fills `references` with references to all of them.
+fn survey(boxes: &[Aabb], references: &mut [MaybeUninit<Lanes>]) -> Result<Survey, BuildError> {
     if boxes.is_empty() || boxes.len() >= 1 << 31 {
         check_boxes(boxes)?;
     }
-    let mut survey = Survey::NOTHING;
-    let mut references = Vec::new();
-    let tagged = |(id, aabb): (usize, &Aabb)| Lanes::tagged(aabb, id as u32);
-    if rayon::current_num_threads() > 1 {
-        boxes.par_iter().enumerate().with_min_len(SUBTREE).map(tagged).collect_into_vec(&mut references);
-        let runs = references.par_chunks(SUBTREE);
-        survey = runs.map(|run| run.iter().fold(Survey::NOTHING, Survey::with)).reduce(|| Survey::NOTHING, Survey::and);
-    } else {
-        references.extend(boxes.iter().enumerate().map(tagged).inspect(|one| survey = survey.with(one)));
-    }
+    let write = |(run, (boxes, references)): (usize, (&[Aabb], &mut [MaybeUninit<Lanes>]))| {
+        let ids = (run * SUBTREE) as u32..;
+        let written = ids.zip(boxes).zip(references).map(|((id, aabb), to)| &*to.write(Lanes::tagged(aabb, id)));
+        written.fold(Survey::NOTHING, Survey::with)
+    };
+    let runs = boxes.par_chunks(SUBTREE).zip(references.par_chunks_mut(SUBTREE)).enumerate();
+    let survey = runs.map(write).reduce(|| Survey::NOTHING, Survey::and);
     if !survey.is_sound() {
         // Or it is only larger than can be told from these sums.
         check_boxes(boxes)?;
     }
-    Ok((references, survey))
+    Ok(survey)
 }
 
 /// A power of two that takes coordinates to where neither areas overflow f32 nor those of small boxes vanish; 1 for
@@ -139,92 +143,53 @@ fn with_boxes_of(mut bvh: Bvh, boxes: &[Aabb]) -> Bvh {
     bvh
 }
 
-fn grow_all<P: Probe>(
+/// # Safety
+/// All `references` have been written.
+unsafe fn grow_all<P: Probe>(
     simd: Simd,
-    references: Vec<Lanes>,
+    references: &mut [MaybeUninit<Lanes>],
     survey: &Survey,
     params: &BinnedSah,
     probe: &mut P,
 ) -> Result<Bvh, BuildError> {
-    let &BinnedSah { max_leaf, bins } = params;
-    let threads = rayon::current_num_threads();
     let count = references.len();
-    let (mut first, mut second) = (references, Vec::new());
-    if threads > 1 {
-        first.par_iter().with_min_len(SUBTREE).map(|_| Lanes::EMPTY).collect_into_vec(&mut second);
-    } else {
-        second.resize(count, Lanes::EMPTY);
-    }
+    let mut second = Vec::with_capacity(count);
     let mut ids = vec![0; count];
     let mut nodes = Vec::with_capacity(2 * count - 1);
 
-    let mut grower = Grower::new(simd, max_leaf, bins, threads);
-    let mut part = Part { start: 0, arrays: [&mut first, &mut second], ids: &mut ids };
+    let mut team = Team::new(simd, params.max_leaf, params.bins, rayon::current_num_threads());
+    let part = Part { start: 0, arrays: [references, &mut second.spare_capacity_mut()[..count]], ids: &mut ids };
+    // SAFETY: the caller's.
+    let mut large: Vec<Task> = unsafe { team.root(part, survey, &mut nodes) }.into_iter().collect();
+    // Level by level, down to subtrees.
     let mut subtrees = Vec::new();
-    let root = grower.root(&mut part, survey, &mut nodes);
-    if let Some(root) = root
-        && !grower.grow(root, &mut part, &mut nodes, SUBTREE, &mut subtrees, |steps| probe.go_on(steps))
-    {
-        let pending = grower.pending().chain(subtrees.iter().map(|open| open.place.count)).collect();
-        return Err(BuildError::Stopped(Unfinished { pending }));
-    }
-    let mut tally = grower.tally;
-    let parts = parts_of(part, &subtrees);
-    let mut jobs = subtrees.into_iter().zip(parts).collect::<Vec<(Open, Part)>>().into_iter();
-    while jobs.len() > 0 {
-        let batch: Vec<_> = jobs.by_ref().take(BATCH).collect();
-        let steps = batch.iter().map(|(open, _)| open.place.count as u64).sum();
-        if !probe.go_on(steps) {
-            let pending = batch.iter().chain(jobs.as_slice()).map(|(open, _)| open.place.count).collect();
-            return Err(BuildError::Stopped(Unfinished { pending }));
+    while !large.is_empty() {
+        if !probe.go_on(steps(&large)) {
+            return Err(stopped(large.iter().chain(&subtrees)));
         }
-        if threads == 1 {
-            for (open, mut part) in batch {
-                grower.grow(open, &mut part, &mut nodes, 0, &mut Vec::new(), |_| true);
-            }
-            continue;
-        }
-        let grown: Vec<_> = batch
-            .into_par_iter()
-            .with_max_len(1)
-            .map_init(
-                || Grower::new(simd, max_leaf, bins, 1),
-                |grower, (mut open, mut part)| {
-                    let place = std::mem::replace(&mut open.place.node, 0);
-                    let mut block = Vec::with_capacity(2 * open.place.count - 1);
-                    block.push(Node::leaf(Aabb::EMPTY, 0, 0));
-                    grower.tally = Tally::default();
-                    grower.grow(open, &mut part, &mut block, 0, &mut Vec::new(), |_| true);
-                    (place, block, grower.tally)
-                },
-            )
-            .collect();
-        append(&mut nodes, &grown.iter().map(|(place, block, _)| (*place, &block[..])).collect::<Vec<_>>());
-        for (_, _, done) in grown {
-            tally.binned += done.binned;
-            tally.costs += done.costs;
-        }
+        let (still_large, small) = team.divide(large, &mut nodes).into_iter().partition(|task| task.count() > SUBTREE);
+        large = still_large;
+        subtrees.extend::<Vec<_>>(small);
     }
-    drop(jobs);
-    if threads == 1 {
-        tally = grower.tally;
+    let mut subtrees = subtrees.into_iter();
+    while subtrees.len() > 0 {
+        let batch: Vec<Task> = subtrees.by_ref().take(BATCH).collect();
+        if !probe.go_on(steps(&batch)) {
+            return Err(stopped(batch.iter().chain(subtrees.as_slice())));
+        }
+        team.finish(batch, &mut nodes);
     }
+    let tally = team.tally();
     probe.add(Work::Binned, tally.binned);
     probe.add(Work::SplitCosts, tally.costs);
     Ok(Bvh { nodes, triangle_ids: ids, arity: 2 })
 }
 
-/// The parts of the arrays that belong to each of `subtrees`, which are in rising order.
-fn parts_of<'a>(part: Part<'a>, subtrees: &[Open]) -> Vec<Part<'a>> {
-    let Part { start: mut at, arrays: [mut first, mut second], mut ids } = part;
-    let mut parts = Vec::with_capacity(subtrees.len());
-    for open in subtrees {
-        let (start, count) = (open.place.start, open.place.count);
-        let (one, more_first) = std::mem::take(&mut first)[start - at..].split_at_mut(count);
-        let (two, more_second) = std::mem::take(&mut second)[start - at..].split_at_mut(count);
-        let (slots, more_ids) = std::mem::take(&mut ids)[start - at..].split_at_mut(count);
-        (first, second, ids, at) = (more_first, more_second, more_ids, start + count);
-        parts.push(Part { start, arrays: [one, two], ids: slots });
-    }
-    parts
+/// The references of all tasks.
+fn steps(tasks: &[Task]) -> u64 {
+    tasks.iter().map(|task| task.count() as u64).sum()
+}
+
+fn stopped<'a, 'b: 'a>(tasks: impl Iterator<Item = &'a Task<'b>>) -> BuildError {
+    BuildError::Stopped(Unfinished { pending: tasks.map(Task::count).collect() })
 }

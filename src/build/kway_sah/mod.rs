@@ -35,7 +35,7 @@ mod slabs;
 #[cfg(test)]
 mod tests;
 
-use super::subtrees::append;
+use super::subtrees::grow_behind;
 use super::{BuildError, MAX_LEAF, Probe, Unfinished, Work, check_boxes};
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
@@ -156,14 +156,6 @@ struct Open {
     count: usize,
 }
 
-/// What became of a node.
-struct Divided {
-    /// It and the nodes below it, with itself as the first; slots are those of the whole tree.
-    nodes: Vec<Node>,
-    /// Those of them that may be divided further, in the order of their slots.
-    open: Vec<Open>,
-}
-
 struct Builder<const K: usize> {
     params: KwaySah,
     /// Dividers that no thread uses at the moment: tables are large.
@@ -187,14 +179,14 @@ impl<const K: usize> Builder<K> {
             if !probe.go_on(large.iter().map(|open| open.count as u64).sum()) {
                 return Err(stopped(&[&large, &subtrees]));
             }
-            self.all(&mut references, &large, &mut nodes, |divider, root, part| divider.one(root, part), &mut level);
+            self.all(&mut references, &large, &mut nodes, Divider::one, &mut level);
         }
         subtrees.sort_unstable_by_key(|open| open.start);
         for (i, batch) in subtrees.chunks(BATCH).enumerate() {
             if !probe.go_on(batch.iter().map(|open| open.count as u64).sum()) {
                 return Err(stopped(&[&subtrees[i * BATCH..]]));
             }
-            self.all(&mut references, batch, &mut nodes, |divider, root, part| divider.subtree(root, part), &mut level);
+            self.all(&mut references, batch, &mut nodes, Divider::subtree, &mut level);
         }
         let dividers = self.dividers.into_inner().unwrap_or_else(PoisonError::into_inner);
         probe.add(Work::DpSteps, dividers.iter().map(Divider::steps).sum());
@@ -204,13 +196,14 @@ impl<const K: usize> Builder<K> {
         Ok(Bvh { nodes, triangle_ids, arity })
     }
 
-    /// Does something to several nodes, which are in the order of their slots, and puts what comes of it into place.
+    /// Does something to several nodes, which are in the order of their slots, and puts what comes of it into place: each
+    /// with the nodes below it. Those that may be divided further are added to `level`, in the order of their slots.
     fn all(
         &self,
         references: &mut [Reference],
         opens: &[Open],
         nodes: &mut Vec<Node>,
-        work: impl Fn(&mut Divider<K>, (Open, Aabb), &mut [Reference]) -> Divided + Sync,
+        work: impl Fn(&mut Divider<K>, Open, &mut [Reference], &mut Vec<Node>) -> Vec<Open> + Sync + Send,
         level: &mut Vec<Open>,
     ) {
         let (mut rest, mut at) = (references, 0);
@@ -220,19 +213,17 @@ impl<const K: usize> Builder<K> {
             (rest, at) = (more, open.start + open.count);
             jobs.push((open, nodes[open.node].aabb, part));
         }
-        let run = |(open, aabb, part): (Open, Aabb, &mut [Reference])| {
+        let run = |_: &mut (), (open, aabb, part): (Open, Aabb, &mut [Reference]), below: &mut Vec<Node>| {
             let idle = self.dividers.lock().unwrap_or_else(PoisonError::into_inner).pop();
             let mut divider = idle.unwrap_or_else(|| Divider::new(&self.params));
-            let divided = work(&mut divider, (open, aabb), part);
+            below.push(Node::leaf(aabb, open.start, open.count));
+            let left = work(&mut divider, Open { node: 0, ..open }, part, below);
             self.dividers.lock().unwrap_or_else(PoisonError::into_inner).push(divider);
-            (open.node, divided)
+            (open.node, left)
         };
-        let done: Vec<_> = jobs.into_par_iter().with_max_len(1).map(run).collect();
-        let mut shift = nodes.len() - 1;
-        append(nodes, &done.iter().map(|(node, divided)| (*node, &divided.nodes[..])).collect::<Vec<_>>());
-        for (_, divided) in done {
-            level.extend(divided.open.iter().map(|&open| Open { node: open.node + shift, ..open }));
-            shift += divided.nodes.len() - 1;
+        let room = opens.iter().map(|open| 2 * open.count - 2).sum();
+        for (shift, left) in grow_behind(nodes, room, jobs, || (), run) {
+            level.extend(left.iter().map(|&open| Open { node: open.node + shift, ..open }));
         }
     }
 }
@@ -242,24 +233,22 @@ fn stopped(pending: &[&[Open]]) -> BuildError {
 }
 
 impl<const K: usize> Divider<K> {
-    /// Divides one node.
-    fn one(&mut self, (open, aabb): (Open, Aabb), references: &mut [Reference]) -> Divided {
-        let mut nodes = vec![Node::leaf(aabb, open.start, open.count)];
+    /// Divides one node, the first of `nodes`. Returns those that may be divided further.
+    fn one(&mut self, root: Open, references: &mut [Reference], nodes: &mut Vec<Node>) -> Vec<Open> {
         let mut below = Vec::new();
-        self.settle(Open { node: 0, ..open }, references, &mut nodes, &mut below);
+        self.settle(root, references, nodes, &mut below);
         below.sort_unstable_by_key(|open| open.start);
-        Divided { nodes, open: below }
+        below
     }
 
-    /// Grows everything below a node.
-    fn subtree(&mut self, (root, aabb): (Open, Aabb), references: &mut [Reference]) -> Divided {
-        let mut nodes = vec![Node::leaf(aabb, root.start, root.count)];
-        let mut stack = vec![Open { node: 0, ..root }];
+    /// Grows everything below a node, the first of `nodes`. Nothing is left to divide.
+    fn subtree(&mut self, root: Open, references: &mut [Reference], nodes: &mut Vec<Node>) -> Vec<Open> {
+        let mut stack = vec![root];
         while let Some(open) = stack.pop() {
             let from = open.start - root.start;
-            self.settle(open, &mut references[from..from + open.count], &mut nodes, &mut stack);
+            self.settle(open, &mut references[from..from + open.count], nodes, &mut stack);
         }
-        Divided { nodes, open: Vec::new() }
+        stack
     }
 
     /// Divides a node, if it is not to stay a leaf, and adds what may be divided further to `open`.
