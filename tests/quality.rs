@@ -52,6 +52,8 @@ const PROMISES: &[Promise] = &[
     promise("ploc", [1.02, 1.14, 0.99, 1.03, 1.14]),
     // Nothing is searched at all.
     promise("lbvh", [1.13, 1.24, 1.12, 1.14, 1.34]),
+    // Something is, above a few dozens of triangles.
+    promise("hlbvh", [1.13, 1.24, 1.12, 1.14, 1.34]),
     promise("sbvh+leaves", [0.95, 1.05, 1.05, 0.96, 1.06]),
     promise("lbvh+rotations", [1.01, 1.09, 1.02, 1.01, 1.08]),
     promise("lbvh+treelets", [0.98, 1.05, 0.96, 0.98, 1.07]),

@@ -50,7 +50,7 @@ struct Arguments {
     /// Only subjects whose "library preset" contains one of these words
     #[arg(long, value_name = "WORD", value_delimiter = ',')]
     subjects: Vec<String>,
-    /// Builders of the laboratory, each BUILDER[:RADIUS or BINS][+STEP…] [default: all modern ones, some refined]
+    /// Builders of the laboratory, each BUILDER[:RADIUS, CLUSTER or BINS][+STEP…] [default: all modern ones, some refined]
     #[arg(long, value_name = "RECIPE", value_delimiter = ',')]
     ours: Vec<Recipe>,
     /// What is measured

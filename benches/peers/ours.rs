@@ -1,5 +1,5 @@
 //! The laboratory's own builders, by recipe: `BUILDER[:NUMBER][+STEP…]`, builder and steps as on the command line, the number
-//! that of its `--radius` or `--bins`.
+//! that of its `--radius`, `--cluster` or `--bins`.
 
 use crate::subject::{Built, Prepared, Subject};
 use crate::tree::PeerTree;
@@ -17,7 +17,7 @@ const KERNELS: [&str; 5] = ["scalar", "bvh4", "bvh8", "bvh4-fast", "bvh8-fast"];
 const REFINED: [&str; 3] = ["ploc", "binned-sah", "sbvh"];
 
 /// Settings other than the default that are measured by default.
-const NUMBERED: [(&str, &[usize]); 1] = [("ploc", &[1, 2, 4, 16])];
+const NUMBERED: [(&str, &[usize]); 2] = [("ploc", &[1, 2, 4, 16]), ("hlbvh", &[8, 64])];
 
 /// A builder with its options.
 #[derive(Clone, Debug)]
@@ -35,10 +35,11 @@ impl std::str::FromStr for Recipe {
         let (id, number) = builder.split_once(':').map_or((builder, None), |(id, number)| (id, Some(number)));
         let number = number.map(|n| n.parse().map_err(|_| format!("{word}: {n} is not a number"))).transpose()?;
         let builder = build::find(id).ok_or_else(|| format!("there is no builder {id}"))?;
-        let takes_radius = builder.parameters.contains(&Parameter::Radius);
+        let meant = [Parameter::Radius, Parameter::Cluster].into_iter().find(|p| builder.parameters.contains(p));
         let options = BuildOptions {
-            radius: number.filter(|_| takes_radius),
-            bins: number.filter(|_| !takes_radius),
+            radius: number.filter(|_| meant == Some(Parameter::Radius)),
+            cluster: number.filter(|_| meant == Some(Parameter::Cluster)),
+            bins: number.filter(|_| meant.is_none()),
             refine: steps.parse()?,
             preset: builder.presets.first().copied().unwrap_or(BuildOptions::default().preset),
             ..BuildOptions::default()

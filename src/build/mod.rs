@@ -3,6 +3,7 @@
 pub mod binned_sah;
 pub mod bottom_up;
 mod cost;
+pub mod hlbvh;
 mod input;
 pub mod kway_sah;
 pub mod lbvh;

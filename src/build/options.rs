@@ -71,6 +71,8 @@ pub struct BuildOptions {
     pub bins: Option<usize>,
     /// Neighbours looked at on either side, or candidates kept for each cluster; the builder's default if `None`.
     pub radius: Option<usize>,
+    /// The most triangles of a cluster that the search for splits takes as a whole; the builder's default if `None`.
+    pub cluster: Option<usize>,
     /// References that spatial splits may add, in percent of the triangles; the builder's default if `None`.
     pub split_budget: Option<usize>,
     /// What is done to the binary tree, step by step.
@@ -91,6 +93,7 @@ impl Default for BuildOptions {
             max_leaf: None,
             bins: None,
             radius: None,
+            cluster: None,
             split_budget: None,
             refine: Refinements::default(),
             collapse: None,
@@ -113,6 +116,8 @@ pub enum Parameter {
     Bins,
     /// [`BuildOptions::radius`].
     Radius,
+    /// [`BuildOptions::cluster`].
+    Cluster,
     /// [`BuildOptions::split_budget`].
     SplitBudget,
     /// [`BuildOptions::refine`].
@@ -123,13 +128,14 @@ pub enum Parameter {
 
 impl Parameter {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Candidates,
         Self::Q8,
         Self::Costs,
         Self::MaxLeaf,
         Self::Bins,
         Self::Radius,
+        Self::Cluster,
         Self::SplitBudget,
         Self::Refine,
         Self::Collapse,
@@ -144,6 +150,7 @@ impl Parameter {
             Self::MaxLeaf => "--max-leaf",
             Self::Bins => "--bins",
             Self::Radius => "--radius",
+            Self::Cluster => "--cluster",
             Self::SplitBudget => "--split-budget",
             Self::Refine => "+STEP",
             Self::Collapse => "--collapse",
@@ -159,6 +166,7 @@ impl Parameter {
             Self::MaxLeaf => options.max_leaf.is_some(),
             Self::Bins => options.bins.is_some(),
             Self::Radius => options.radius.is_some(),
+            Self::Cluster => options.cluster.is_some(),
             Self::SplitBudget => options.split_budget.is_some(),
             Self::Refine => !options.refine.is_empty(),
             Self::Collapse => options.collapse.is_some(),

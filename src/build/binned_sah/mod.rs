@@ -82,7 +82,13 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &BinnedSah, probe: &mut P) -> Res
     build_at(Simd::detect(), boxes, params, probe)
 }
 
-fn build_at<P: Probe>(simd: Simd, boxes: &[Aabb], params: &BinnedSah, probe: &mut P) -> Result<Bvh, BuildError> {
+/// [`build`] with vector instructions of the caller's choice.
+pub(super) fn build_at<P: Probe>(
+    simd: Simd,
+    boxes: &[Aabb],
+    params: &BinnedSah,
+    probe: &mut P,
+) -> Result<Bvh, BuildError> {
     if !(2..=MOST_BINS).contains(&params.bins) {
         return Err(BuildError::Parameter(format!("binned-sah takes 2 to {MOST_BINS} bins")));
     }

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// The levels at both ends of a part.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Edges {
+pub(in crate::build) struct Edges {
     start: usize,
     pub left: i16,
     pub right: i16,
@@ -58,7 +58,7 @@ pub(super) fn complete(leaves: &[Node], levels: &[u8], edges: &Edges) -> usize {
 ///
 /// # Panics
 /// Unless the pairs fill the region.
-pub(super) fn join(
+pub(in crate::build) fn join(
     nodes: impl Iterator<Item = (Node, i16)>,
     right: i16,
     region: &mut [MaybeUninit<Node>],

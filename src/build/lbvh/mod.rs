@@ -22,13 +22,15 @@ mod leaves;
 #[cfg(test)]
 mod tests;
 
+pub(super) use join::{Edges, join};
+pub(super) use leaves::{Clusters, leaves_of};
+
 use super::morton::Order;
 use super::{BuildError, MAX_LEAF, Probe, Unfinished, Work};
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
 use crate::simd::Simd;
-use join::{Edges, complete, join};
-use leaves::leaves_of;
+use join::complete;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -36,7 +38,7 @@ use std::ops::Range;
 const PART: usize = 1 << 14;
 
 /// The most triangles that a leaf may be asked to hold.
-const MOST_IN_LEAF: usize = 64;
+pub(super) const MOST_IN_LEAF: usize = 64;
 
 /// A part ends at the place of least level among so many: the subtree that is parted there holds more triangles than any leaf.
 const CUT_WINDOW: usize = MOST_IN_LEAF + 1;
@@ -94,7 +96,7 @@ fn nodes_over(boxes: &[Aabb], order: &Order, max_leaf: usize, part: usize) -> Ve
         .par_iter()
         .map(|part| {
             let edges = Edges::of(levels, part);
-            let leaves = leaves_of(boxes, order, part.clone(), &edges, max_leaf);
+            let leaves = leaves_of(boxes, order, part.clone(), &edges, max_leaf, &mut ());
             let joined = complete(&leaves, levels, &edges);
             (leaves, edges, joined)
         })
@@ -128,8 +130,8 @@ fn nodes_over(boxes: &[Aabb], order: &Order, max_leaf: usize, part: usize) -> Ve
     nodes
 }
 
-/// Parts of about `part` triangles.
-fn cut(levels: &[u8], part: usize) -> Vec<Range<usize>> {
+/// Parts of about `part` triangles, cut where no subtree of at most [`MOST_IN_LEAF`] is.
+pub(super) fn cut(levels: &[u8], part: usize) -> Vec<Range<usize>> {
     let mut parts = Vec::with_capacity(levels.len() / part + 1);
     let mut start = 0;
     while start + part + CUT_WINDOW < levels.len() {

@@ -5,6 +5,7 @@ use super::{Builder, Engine, Parameter, Preset};
 use crate::build::binned_sah::{self, BinnedSah};
 use crate::build::bottom_up::agglo_kd::{self, AggloKd};
 use crate::build::bottom_up::{all_pairs_literal, centres_exact, chain_exact, chain_literal, union_area};
+use crate::build::hlbvh::{self, Hlbvh};
 use crate::build::kway_sah::{self, Cuts, KwaySah, Nodes};
 use crate::build::lbvh::{self, Lbvh};
 use crate::build::ploc::{self, Ploc};
@@ -157,6 +158,19 @@ pub const BUILDERS: &[Builder] = &[
         counted: lbvh::<Counters>,
     },
     Builder {
+        id: "hlbvh",
+        paper: "Pantaleoni and Luebke 2010; Garanzha et al. 2011",
+        summary: "small subtrees of lbvh (--cluster: how many triangles), above them binned-sah",
+        presets: &[],
+        engines: &[],
+        parameters: &[Parameter::MaxLeaf, Parameter::Refine, Parameter::Collapse, Parameter::Bins, Parameter::Cluster],
+        parallel: |_| true,
+        spatial: false,
+        arities: MODERN_ARITIES,
+        timed: hlbvh::<Brake>,
+        counted: hlbvh::<Counters>,
+    },
+    Builder {
         id: "ploc",
         paper: "Meister and Bittner 2018",
         summary: "clusters in Morton order merge with the nearest within a radius, all at once, round by round",
@@ -270,6 +284,15 @@ fn kway_slab<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> R
 
 fn lbvh<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
     refined(options, probe, |max_leaf, probe| lbvh::build(input.boxes, &Lbvh { max_leaf }, probe))
+}
+
+fn hlbvh<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {
+    refined(options, probe, |max_leaf, probe| {
+        let default = Hlbvh::default();
+        let cluster = options.cluster.unwrap_or(default.cluster);
+        let bins = options.bins.unwrap_or(default.bins);
+        hlbvh::build(input.boxes, &Hlbvh { max_leaf, cluster, bins }, probe)
+    })
 }
 
 fn ploc<P: Probe>(input: Input, options: &BuildOptions, probe: &mut P) -> Result<Bvh, BuildError> {

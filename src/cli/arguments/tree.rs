@@ -50,6 +50,9 @@ pub struct ReadingArguments {
     /// Neighbours looked at on either side, or candidates kept for each cluster [default: the builder's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
     pub radius: Option<u32>,
+    /// Triangles of a cluster that the search for splits takes as a whole [default: the builder's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub cluster: Option<u32>,
     /// References that spatial splits may add, in percent of the triangles [default: the builder's]
     #[arg(long, value_name = "PERCENT", value_parser = clap::value_parser!(u32).range(0..=1000))]
     pub split_budget: Option<u32>,
@@ -91,6 +94,7 @@ impl ReadingArguments {
             max_leaf: wide(self.max_leaf),
             bins: wide(self.bins),
             radius: wide(self.radius),
+            cluster: wide(self.cluster),
             split_budget: wide(self.split_budget),
             refine,
             collapse: self.collapse,
