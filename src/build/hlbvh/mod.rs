@@ -3,14 +3,15 @@
 //! Sources: Pantaleoni and Luebke 2010, "HLBVH: Hierarchical LBVH Construction for Real-Time Ray Tracing", section 3.3;
 //! Garanzha, Pantaleoni and McAllister 2011, "Simpler and Faster HLBVH with Work Queues", section 4.
 //!
-//! The tree of [`super::lbvh`] is cut into its largest subtrees of at most [`Hlbvh::cluster`] triangles. These clusters stay
-//! as they are; what is above them is built anew by [`super::binned_sah`], with each cluster as one box. Most of the decisions
-//! are made below, quickly; those that most rays meet are made above, by their cost.
+//! The tree of [`super::lbvh`] is cut into its largest subtrees of at most [`Hlbvh::cluster`] triangles that hang together.
+//! These clusters stay as they are; what is above them is built anew by [`super::binned_sah`], with each cluster as one box.
+//! Most of the decisions are made below, quickly; those that most rays meet are made above, by their cost.
 //!
 //! Deviations: Pantaleoni and Luebke, and Garanzha after them, take as clusters what shares the upper bits of its codes, which
 //! in a dense part of an uneven scene is most of the scene; here they are cut by their number of triangles, so that what is
-//! above them has about the same share of the work everywhere. Clusters count alike in the cost, however many triangles they
-//! have.
+//! above them has about the same share of the work everywhere. A subtree that would cost as a leaf more than three times what its
+//! halves would is none: a large triangle among small ones would hide them all. Clusters count alike in the cost, however many
+//! triangles they have.
 
 mod clusters;
 #[cfg(test)]

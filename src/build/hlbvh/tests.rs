@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::build::Counters;
-use crate::build::lbvh::{self, Lbvh};
+use crate::build::lbvh::{self, Lbvh, MOST_GROWTH};
 use crate::build::testing::any_boxes;
 use crate::bvh::{Limits, tree_hash, validate};
 use crate::cost::{SahParams, sah};
@@ -39,13 +39,22 @@ fn triangles(bvh: &Bvh, index: usize) -> usize {
     }
 }
 
-/// The largest subtrees of at most `most` triangles, left to right.
-fn clusters(bvh: &Bvh, index: usize, most: usize, found: &mut Vec<usize>) {
-    if triangles(bvh, index) <= most {
+/// The largest subtrees of at most `most` triangles that hang together, but where they may be leaves, left to right.
+fn clusters(bvh: &Bvh, index: usize, params: &Hlbvh, found: &mut Vec<usize>) {
+    if hangs_together(bvh, index, params) {
         found.push(index);
     } else {
-        bvh.children(index).for_each(|child| clusters(bvh, child, most, found));
+        bvh.children(index).for_each(|child| clusters(bvh, child, params, found));
     }
+}
+
+fn hangs_together(bvh: &Bvh, index: usize, params: &Hlbvh) -> bool {
+    let count = triangles(bvh, index);
+    let as_leaf = |index: usize| bvh.nodes[index].aabb.surface_area() * triangles(bvh, index) as f64;
+    count <= params.max_leaf
+        || count <= params.cluster
+            && bvh.children(index).all(|child| hangs_together(bvh, child, params))
+            && as_leaf(index) <= MOST_GROWTH * bvh.children(index).map(as_leaf).sum::<f64>()
 }
 
 /// A subtree as a tree.
@@ -67,7 +76,7 @@ fn subtree(bvh: &Bvh, index: usize) -> Bvh {
 fn literal(boxes: &[Aabb], params: &Hlbvh) -> String {
     let whole = lbvh::build(boxes, &Lbvh { max_leaf: 1 }, &mut ()).unwrap();
     let mut found = Vec::new();
-    clusters(&whole, 0, params.cluster.max(params.max_leaf), &mut found);
+    clusters(&whole, 0, params, &mut found);
     let roots: Vec<Aabb> = found.iter().map(|&index| whole.nodes[index].aabb).collect();
     let texts: Vec<String> =
         found.iter().map(|&index| text(&open_leaves(&subtree(&whole, index), params.max_leaf), 0)).collect();

@@ -11,8 +11,10 @@ use std::ops::Range;
 #[derive(Clone, Copy)]
 struct Subtree {
     aabb: Aabb,
-    /// Least cost, times the area of the root.
+    /// Least cost, times the area of the root; not that of a cluster which is no leaf.
     cost: f64,
+    /// Its cost if it were a leaf.
+    as_leaf: f64,
     triangles: u32,
     /// The first of its leaves.
     first_leaf: usize,
@@ -27,6 +29,10 @@ const LARGE: u32 = 1 << 16;
 
 /// The most subtrees that wait: their levels rise, and there are 64 of codes, 31 of halves, and those of the edges.
 pub(super) const STACK: usize = 128;
+
+/// What a cluster may cost at most, were it a leaf, over what its two halves would as leaves: more says that they are of
+/// different sizes or far apart. An even row or sheet costs twice what its halves do, a cube one and a half times.
+pub(in crate::build) const MOST_GROWTH: f64 = 3.0;
 
 /// Subtrees that are cut off above leaves, as they are found.
 pub(in crate::build) trait Clusters {
@@ -60,7 +66,8 @@ impl Clusters for () {
 
 /// The leaves over `part` of the order, left to right, with slots as in the order. A subtree of at most `max_leaf` triangles is
 /// closed where that costs no more than its best form: [`crate::refine::open_leaves`]. The largest subtrees of at most
-/// [`Clusters::most`] triangles, no fewer than `max_leaf` unless there are to be none, are `clusters`.
+/// [`Clusters::most`] triangles, no fewer than `max_leaf` unless there are to be none, in which nothing above leaves grows by more
+/// than [`MOST_GROWTH`], are `clusters`.
 pub(in crate::build) fn leaves_of(
     boxes: &[Aabb],
     order: &Order,
@@ -76,15 +83,22 @@ pub(in crate::build) fn leaves_of(
     }
     let mut stack = ArrayVec::<Subtree, STACK>::new();
     // What stands before the part belongs to large subtrees, and so does what joins it.
-    let large =
-        Subtree { aabb: Aabb::EMPTY, cost: 0.0, triangles: LARGE, first_leaf: 0, first_cluster: 0, level: edges.left };
+    let large = Subtree {
+        aabb: Aabb::EMPTY,
+        cost: 0.0,
+        as_leaf: 0.0,
+        triangles: LARGE,
+        first_leaf: 0,
+        first_cluster: 0,
+        level: edges.left,
+    };
     stack.push(large);
     // Fetched before, not between, the branches that nobody can predict.
     let sorted: Vec<Aabb> = order.ids[part.clone()].iter().map(|&id| boxes[id as usize]).collect();
     for (slot, aabb) in part.clone().zip(sorted) {
         let level = if slot + 1 == part.end { edges.right } else { i16::from(order.levels[slot]) };
         let (cost, first_leaf, first_cluster) = (aabb.surface_area(), leaves.len(), clusters.count());
-        let mut subtree = Subtree { aabb, cost, triangles: 1, first_leaf, first_cluster, level };
+        let mut subtree = Subtree { aabb, cost, as_leaf: cost, triangles: 1, first_leaf, first_cluster, level };
         leaves.push(Node::leaf(aabb, slot, 1));
         clusters.push(first_leaf);
         while let Some(left) = stack.last().filter(|left| left.level > level) {
@@ -110,8 +124,14 @@ fn pair(
         if triangles as usize > clusters.most() {
             return Subtree { triangles: LARGE, ..*right };
         }
-        clusters.unite(left.first_cluster);
-        return Subtree { triangles, first_leaf: left.first_leaf, first_cluster: left.first_cluster, ..*right };
+        let aabb = left.aabb.union(&right.aabb);
+        let as_leaf = aabb.surface_area() * f64::from(triangles);
+        if as_leaf > MOST_GROWTH * (left.as_leaf + right.as_leaf) {
+            return Subtree { triangles: LARGE, ..*right };
+        }
+        let (first_leaf, first_cluster) = (left.first_leaf, left.first_cluster);
+        clusters.unite(first_cluster);
+        return Subtree { aabb, cost: as_leaf, as_leaf, triangles, first_leaf, first_cluster, level: right.level };
     }
     let aabb = left.aabb.union(&right.aabb);
     let area = aabb.surface_area();
@@ -123,5 +143,5 @@ fn pair(
         leaves.push(Node::leaf(aabb, slot, triangles as usize));
     }
     clusters.unite(first_cluster);
-    Subtree { aabb, cost: open.min(closed), triangles, first_leaf, first_cluster, level: right.level }
+    Subtree { aabb, cost: open.min(closed), as_leaf: closed, triangles, first_leaf, first_cluster, level: right.level }
 }

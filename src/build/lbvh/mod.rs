@@ -23,6 +23,8 @@ mod leaves;
 mod tests;
 
 pub(super) use join::{Edges, join};
+#[cfg(test)]
+pub(super) use leaves::MOST_GROWTH;
 pub(super) use leaves::{Clusters, leaves_of};
 
 use super::morton::Order;
