@@ -53,6 +53,8 @@ pub struct BuildReport {
     /// Only where asked for.
     pub lcv: Option<f64>,
     pub bytes: Option<usize>,
+    /// The most bytes that a build holds beyond the triangles, boxes and tree included; on several threads of one run.
+    pub peak_bytes: Option<usize>,
     /// Triangles in more than one leaf, by spatial splits or rule Q8.
     pub duplicated: Option<usize>,
     pub q8_hidden: Option<usize>,
@@ -89,6 +91,7 @@ impl BuildReport {
         report.build_ms = Some(milliseconds(built.seconds));
         report.tree_hash = Some(built.hash.to_string());
         report.counters = built.counters.nonzero().collect();
+        report.peak_bytes = built.peak_bytes;
         Ok((report, Some(built)))
     }
 
@@ -146,6 +149,7 @@ impl BuildReport {
             epo: None,
             lcv: None,
             bytes: None,
+            peak_bytes: None,
             duplicated: None,
             q8_hidden: None,
             counters: BTreeMap::new(),
@@ -363,7 +367,10 @@ fn text(r: &BuildReport) -> String {
         lines.push(format!("shape       average degree {}, depth {depth}, fullest leaf {leaf}", maybe(r.avg_degree)));
         let lcv = r.lcv.map_or_else(String::new, |lcv| format!(", LCV {}", short(lcv)));
         lines.push(format!("cost        SAH {}, EPO {}{lcv}", maybe(r.sah), maybe(r.epo)));
-        lines.push(format!("memory      {} bytes", count(r.bytes)));
+        let peak = r.peak_bytes.map_or_else(String::new, |peak| {
+            format!(", while it is built {peak}: {} a triangle", short(peak as f64 / r.triangles.max(1) as f64))
+        });
+        lines.push(format!("memory      {} bytes{peak}", count(r.bytes)));
         let references: usize = r.leaf_histogram.iter().flatten().enumerate().map(|(size, leaves)| size * leaves).sum();
         let repeats = references > r.triangles && r.q8_hidden == Some(0);
         if find(r.builder).map_or(repeats, |builder| builder.spatial) {

@@ -1,6 +1,7 @@
 //! One build: verified, timed and counted apart, or stopped by its budget and projected.
 
 use super::measure::{Repeats, repeat};
+use super::memory::peak_of;
 use super::projection::Model;
 use crate::build::{Brake, BuildError, BuildOptions, Builder, Counters, Engine, Input, Unfinished, Work};
 use crate::bvh::{Bvh, Coverage, TreeHash, tree_hash, validate_parts};
@@ -37,6 +38,9 @@ pub struct Built {
     pub seconds: Spread,
     /// Work, from a separate pass.
     pub counters: Counters,
+    /// The most bytes that this pass held beyond the triangles, the boxes and the tree included; none where nobody counts
+    /// them ([`super::peak_of`]) or there was no such pass.
+    pub peak_bytes: Option<usize>,
 }
 
 /// How a measurement ended.
@@ -92,13 +96,18 @@ pub(super) fn measure_uncounted(triangles: &[Triangle], cell: &BuildCell) -> Mea
             Err(e) => return Measured::Failed(e.to_string()),
         }
     };
-    Measured::Ok(Box::new(Built { bvh, hash, coverage, seconds, counters: Counters::default() }))
+    Measured::Ok(Box::new(Built { bvh, hash, coverage, seconds, counters: Counters::default(), peak_bytes: None }))
 }
 
 /// Builds once more, counts, and checks that it is the same tree.
 fn counted(triangles: &[Triangle], cell: &BuildCell, mut built: Box<Built>) -> Measured {
-    let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
-    match (cell.builder.counted)(Input::of_triangles(triangles, &boxes), &cell.options, &mut built.counters) {
+    let counters = &mut built.counters;
+    let (again, peak) = peak_of(|| {
+        let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+        (cell.builder.counted)(Input::of_triangles(triangles, &boxes), &cell.options, counters)
+    });
+    built.peak_bytes = peak;
+    match again {
         Ok(again) if tree_hash(&again) == built.hash => {}
         Ok(_) => return Measured::Failed("two builds of the same triangles gave different trees".into()),
         Err(e) => return Measured::Failed(e.to_string()),

@@ -32,7 +32,7 @@ pub use experiments::{OTHER_SCENES, PIXELS_FILE};
 pub use leaf_counts::{RAY_SEED, leaf_count_rays};
 pub use machine::{commit, machine, version};
 pub use measure::{Repeats, repeat, spread};
-pub use memory::keep_freed_memory;
+pub use memory::{MeteredAllocator, keep_freed_memory, peak_of};
 pub use picture::{PictureError, figure3};
 pub use replay::{original_work, sampled_work};
 pub use scaling::{EXACT_BUDGET, LITERAL_BUDGET, ScalingStudy, sizes_up_to};

@@ -38,6 +38,7 @@ const METRICS: &[Metric] = &[
     Metric { name: "inner", under: Under::Anything, of: |r| float(r.inner) },
     Metric { name: "leaves", under: Under::Anything, of: |r| float(r.leaves) },
     Metric { name: "max_depth", under: Under::Anything, of: |r| float(r.max_depth) },
+    Metric { name: "peak_bytes", under: Under::Build, of: |r| float(r.peak_bytes) },
     Metric { name: "bytes", under: Under::Anything, of: |r| float(r.bytes) },
     Metric { name: "primary_nodes", under: Under::Rays, of: |r| r.primary_nodes },
     Metric { name: "primary_box_tests", under: Under::Rays, of: |r| r.primary_box_tests },

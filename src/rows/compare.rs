@@ -71,6 +71,8 @@ pub struct CompareRow {
     pub lcv: Option<f64>,
     /// Bytes of nodes and ids.
     pub bytes: Option<usize>,
+    /// The most bytes that a build holds beyond the triangles, boxes and tree included.
+    pub peak_bytes: Option<usize>,
     /// Work of the build, counted apart: `kind=number`, a space between two.
     pub counters: String,
     /// Tracing kernel.

@@ -41,6 +41,7 @@ fn row(scene: &str, recipe: &str, preset: &str, ms: f64, sah: f64, mrays: f64) -
         epo: Some(sah / 50.0),
         lcv: Some(1.3),
         bytes: Some(36_000),
+        peak_bytes: Some(90_000),
         counters: "keys_sorted=1000 rounds=3".into(),
         kernel: "scalar".into(),
         pixels: "512x512".into(),

@@ -143,14 +143,14 @@ fn finish(measured: &[Vec<CompareRow>], verdict: Option<gate::Verdict>) -> Outco
 fn text(scene: &Scene, rows: &[CompareRow]) -> String {
     let header = [
         "builder", "k", "build", "SAH", "EPO", "LCV", "nodes", "boxes", "tris", "MRays/s", "nodes", "boxes", "tris",
-        "MRays/s", "kB",
+        "MRays/s", "kB", "peak kB",
     ];
     let lines = rows.iter().map(|r| {
         let mut line = vec![r.name(), r.arity.to_string(), time(r)];
         line.extend([r.sah, r.epo, r.lcv].map(maybe));
         line.extend([r.primary_nodes, r.primary_box_tests, r.primary_tri_tests, r.primary_mrays].map(maybe));
         line.extend([r.diffuse_nodes, r.diffuse_box_tests, r.diffuse_tri_tests, r.diffuse_mrays].map(maybe));
-        line.push(r.bytes.map_or_else(|| "–".into(), |b| (b / 1000).to_string()));
+        line.extend([r.bytes, r.peak_bytes].map(|b| b.map_or_else(|| "–".into(), |b| (b / 1000).to_string())));
         line
     });
     let [primary, diffuse] =

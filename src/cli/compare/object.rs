@@ -36,6 +36,7 @@ struct Entry<'a> {
     epo: Option<f64>,
     lcv: Option<f64>,
     bytes: Option<usize>,
+    peak_bytes: Option<usize>,
     /// Triangles in more than one leaf, by spatial splits or rule Q8.
     duplicated: Option<usize>,
     q8_hidden: Option<usize>,
@@ -139,6 +140,7 @@ impl<'a> Entry<'a> {
             epo: r.epo,
             lcv: r.lcv,
             bytes: r.bytes,
+            peak_bytes: r.peak_bytes,
             duplicated: r.duplicated,
             q8_hidden: r.hidden,
             counters: r.work().map(|(kind, n)| (kind.to_owned(), n.into())).collect(),

@@ -121,6 +121,7 @@ impl Runner<'_> {
                             self.builds.add(first, &comparison.repeats);
                         }
                         self.row.counters = counters_text(&built.counters);
+                        self.row.peak_bytes = built.peak_bytes;
                         (built.bvh, built.coverage)
                     }
                     Measured::Capped { projected_ms } => {

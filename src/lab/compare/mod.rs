@@ -153,6 +153,7 @@ impl Comparison {
             epo: None,
             lcv: None,
             bytes: None,
+            peak_bytes: None,
             counters: String::new(),
             kernel: self.kernel_id.clone(),
             pixels: format!("{}x{}", self.size.0, self.size.1),

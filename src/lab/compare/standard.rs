@@ -13,6 +13,7 @@ const REFINED: &[(&str, &str)] = &[
     ("binned-sah", "reinsertion"),
     ("binned-sah", "reinsertion+treelets"),
     ("kway-sah", "reinsertion+treelets"),
+    ("sbvh", "reinsertion+treelets"),
 ];
 
 /// Every builder of the register, each followed by itself with the steps that are tried besides.

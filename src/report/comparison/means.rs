@@ -1,6 +1,6 @@
 //! Geometric means over scenes, relative to one builder.
 
-use super::{Class, Comparison, Entrant, bytes_a_triangle, geometric_mean, nodes, positive};
+use super::{Class, Comparison, Entrant, bytes_a_triangle, geometric_mean, nodes, peak_bytes_a_triangle, positive};
 use crate::report::number::significant;
 use crate::rows::CompareRow;
 
@@ -22,7 +22,8 @@ pub(crate) struct Quantity {
 
 /// All of them, in the order of the columns.
 pub(crate) const QUANTITIES: &[Quantity] = &[
-    Quantity { id: "build_ms", head: "build time", more_is_better: false, of: |r| r.build_ms },
+    Quantity { id: "build_ms", head: "time", more_is_better: false, of: |r| r.build_ms },
+    Quantity { id: "peak_bytes", head: "memory", more_is_better: false, of: peak_bytes_a_triangle },
     Quantity { id: "sah", head: "SAH", more_is_better: false, of: |r| r.sah },
     Quantity { id: "epo", head: "EPO", more_is_better: false, of: |r| r.epo },
     Quantity { id: "lcv", head: "LCV", more_is_better: false, of: |r| r.lcv },

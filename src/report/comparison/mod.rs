@@ -205,6 +205,11 @@ pub(crate) fn bytes_a_triangle(row: &CompareRow) -> Option<f64> {
     positive(Some(row.bytes? as f64 / row.triangles as f64))
 }
 
+/// The most bytes that a build holds for each triangle of the scene.
+pub(crate) fn peak_bytes_a_triangle(row: &CompareRow) -> Option<f64> {
+    positive(Some(row.peak_bytes? as f64 / row.triangles as f64))
+}
+
 /// What a ratio or a logarithm can be taken of.
 pub(crate) fn positive(x: Option<f64>) -> Option<f64> {
     x.filter(|x| x.is_finite() && *x > 0.0)

@@ -4,7 +4,9 @@ use super::{document, drawing};
 use crate::report::comparison::advice::{Advice, Counsel, Range, many, percent};
 use crate::report::comparison::means::{Means, QUANTITIES};
 use crate::report::comparison::originals::{Originals, Pair};
-use crate::report::comparison::{Class, Comparison, Kind, build_ms, front, mrays, nodes, positive};
+use crate::report::comparison::{
+    Class, Comparison, Kind, build_ms, front, mrays, nodes, peak_bytes_a_triangle, positive,
+};
 use crate::report::figures::Figures;
 use crate::report::number::{grouped, padded};
 use crate::rows::{CompareRow, Spread, Status};
@@ -132,10 +134,9 @@ fn averages(comparison: &Comparison, means: &Means) -> Markup {
             thead {
                 tr {
                     th .name rowspan="2" { "Contestant" }
-                    th rowspan="2" { "Build time" }
-                    th .over colspan="5" { "Tree" } th .over colspan="3" { "Primary rays" } th .over colspan="3" { "Diffuse rays" }
+                    th .over colspan="2" { "Build" } th .over colspan="5" { "Tree" } th .over colspan="3" { "Primary rays" } th .over colspan="3" { "Diffuse rays" }
                 }
-                tr { @for q in &QUANTITIES[1..] { th { (q.head) } } }
+                tr { @for q in QUANTITIES { th { (q.head) } } }
             }
             tbody { @for line in &means.lines {
                 tr {
@@ -239,6 +240,7 @@ type Figure = fn(&CompareRow) -> Option<f64>;
 
 /// Head, whether more is better, and the figure.
 const COLUMNS: &[(&str, bool, Figure)] = &[
+    ("B/tri", false, peak_bytes_a_triangle),
     ("SAH", false, |r| r.sah),
     ("EPO", false, |r| r.epo),
     ("LCV", false, |r| r.lcv),
@@ -265,10 +267,10 @@ fn scene_table(comparison: &Comparison, rows: &[&CompareRow]) -> Markup {
         div .scroll { table .dense {
             thead {
                 tr {
-                    th .name rowspan="2" { "Contestant" } th rowspan="2" { "Build, ms" }
+                    th .name rowspan="2" { "Contestant" } th .over colspan="2" { "Build" }
                     th .over colspan="5" { "Tree" } th .over colspan="4" { "Primary, per ray" } th .over colspan="4" { "Diffuse, per ray" }
                 }
-                tr { @for (head, ..) in COLUMNS { th { (head) } } }
+                tr { th { "ms" } @for (head, ..) in COLUMNS { th { (head) } } }
             }
             tbody { @for row in rows {
                 tr title=[(!row.note.is_empty()).then_some(&row.note)] {
@@ -285,7 +287,10 @@ fn scene_table(comparison: &Comparison, rows: &[&CompareRow]) -> Markup {
                 }
             } }
         } }
-        p .soft { "● on the front of either figure. Point at a time or a rate for the span of its runs." }
+        p .soft {
+            "● on the front of either figure. B/tri: the most bytes a triangle that a build holds beyond the triangles, boxes and tree included. Point at a \
+             time or a rate for the span of its runs."
+        }
         @for row in rows.iter().filter(|r| r.status == Status::Ok && !r.note.is_empty()) {
             p .soft { (comparison.label(row)) ": " (row.note) "." }
         }
