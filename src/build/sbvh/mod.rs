@@ -17,7 +17,7 @@
 //! - At most [`Sbvh::budget`] references are added. A node hands what it does not use to its children, in proportion to
 //!   the areas of their references, for that is what cuts make less of; so it is never exceeded, and nothing depends
 //!   on the order in which nodes are split. What a node does not use is not used elsewhere.
-//! - Nodes are split down to single references; leaves are made last, by cost ([`open_leaves`]). A triangle that stands
+//! - Nodes are split down to single references; leaves are made last, by cost ([`crate::refine::open_leaves`]). A triangle that stands
 //!   several times below such a leaf stands in it once.
 //!
 //! **Parallel.** Nodes with many references are split in rounds, all of a round at once. Each of the others makes a
@@ -35,7 +35,6 @@ mod tests;
 use super::{BuildError, Input, MAX_LEAF, Probe, Unfinished, check_boxes};
 use crate::bvh::Bvh;
 use crate::geom::Aabb;
-use crate::refine::open_leaves;
 use rayon::prelude::*;
 use reference::{Reference, Source};
 use split::{Effort, Splitter, Workspace};
@@ -66,7 +65,8 @@ impl Default for Sbvh {
 /// The most slabs that a node is cut into.
 const MOST_BINS: usize = 1 << 12;
 
-/// References of a node that makes a subtree on one thread.
+/// References of a node that makes a subtree on one thread; as many as a leaf may hold, if that is more, so that leaves are
+/// decided in subtrees.
 const ALONE: usize = 4096;
 
 /// Subtrees between two looks at the clock.
@@ -108,7 +108,7 @@ pub fn build<P: Probe>(input: Input, params: &Sbvh, probe: &mut P) -> Result<Bvh
     let mut small: Vec<Open> = Vec::new();
     let mut large = Vec::new();
     let sort = |open: Open, large: &mut Vec<Open>, small: &mut Vec<Open>, upper: &mut Vec<Upper>| {
-        if open.references.len() > ALONE {
+        if open.references.len() > ALONE.max(params.max_leaf) {
             large.push(open);
         } else {
             upper[open.place] = Upper::Subtree(small.len());
@@ -137,7 +137,7 @@ pub fn build<P: Probe>(input: Input, params: &Sbvh, probe: &mut P) -> Result<Bvh
         let last = small.len().min(subtrees.len() + BATCH);
         let batch = &mut small[subtrees.len()..last];
         let grow = |room: &mut Workspace, open: &mut Open| {
-            Subtree::grow(&splitter, std::mem::take(&mut open.references), open.budget, room)
+            Subtree::grow(&splitter, std::mem::take(&mut open.references), open.budget, params.max_leaf, room)
         };
         let grown: Vec<Subtree> = batch.par_iter_mut().with_max_len(1).map_init(Workspace::default, grow).collect();
         let mut go_on = true;
@@ -149,8 +149,7 @@ pub fn build<P: Probe>(input: Input, params: &Sbvh, probe: &mut P) -> Result<Bvh
             return Err(unfinished(&small[subtrees.len()..]));
         }
     }
-    let bvh = assemble(&upper, subtrees);
-    Ok(if params.max_leaf > 1 { open_leaves(&bvh, params.max_leaf) } else { bvh })
+    Ok(assemble(&upper, subtrees))
 }
 
 /// What is left to do.

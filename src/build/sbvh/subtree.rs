@@ -5,8 +5,9 @@ use super::split::{Effort, Splitter, Workspace};
 use super::{Upper, union};
 use crate::bvh::{Bvh, Node};
 use crate::geom::Aabb;
+use crate::refine::open_leaves;
 
-/// A finished subtree with single references in its leaves; node 0 is its root.
+/// A finished subtree; node 0 is its root.
 pub(super) struct Subtree {
     nodes: Vec<Node>,
     triangle_ids: Vec<u32>,
@@ -21,8 +22,15 @@ struct Open {
 }
 
 impl Subtree {
-    /// Splits down to single references. `pool` holds the root's.
-    pub fn grow(splitter: &Splitter, mut pool: Vec<Reference>, budget: usize, room: &mut Workspace) -> Self {
+    /// Splits down to single references, and makes leaves of at most `max_leaf` triangles of them where the cost wants that.
+    /// `pool` holds the root's.
+    pub fn grow(
+        splitter: &Splitter,
+        mut pool: Vec<Reference>,
+        budget: usize,
+        max_leaf: usize,
+        room: &mut Workspace,
+    ) -> Self {
         room.effort = Effort::default();
         let mut nodes = vec![Node::leaf(Aabb::EMPTY, 0, 0)];
         let mut triangle_ids = Vec::with_capacity(pool.len());
@@ -47,7 +55,12 @@ impl Subtree {
                 open.push(Open { node: first + child, references: side.len(), budget: budgets[child] });
             }
         }
-        // Many wait for the last one.
+        let mut bvh = Bvh { nodes, triangle_ids, arity: 2 };
+        if max_leaf > 1 {
+            // Here, not in the whole tree: what waits for the last subtree is half as large.
+            bvh = open_leaves(&bvh, max_leaf);
+        }
+        let Bvh { mut nodes, mut triangle_ids, .. } = bvh;
         nodes.shrink_to_fit();
         triangle_ids.shrink_to_fit();
         Self { nodes, triangle_ids, effort: room.effort }
