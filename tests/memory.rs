@@ -11,16 +11,16 @@ static ALLOCATOR: MeteredAllocator = MeteredAllocator;
 /// Bytes a triangle beyond the triangles, boxes (24) and tree included: measured, rounded up. They are per triangle, so what 10⁷
 /// of them take follows; asked for there are 200.
 const PROMISES: &[(&str, f64)] = &[
-    ("agglo-local", 200.0),
-    ("agglo-kd", 200.0),
-    ("sweep-sah", 200.0),
-    ("binned-sah", 200.0),
-    ("sbvh", 200.0),
-    ("kway-sah", 200.0),
-    ("kway-slab", 200.0),
-    ("lbvh", 200.0),
-    ("hlbvh", 200.0),
-    ("ploc", 200.0),
+    ("agglo-local", 163.0),
+    ("agglo-kd", 189.0),
+    ("sweep-sah", 133.0),
+    ("binned-sah", 157.0),
+    ("sbvh", 146.0),
+    ("kway-sah", 161.0),
+    ("kway-slab", 161.0),
+    ("lbvh", 96.0),
+    ("hlbvh", 104.0),
+    ("ploc", 127.0),
 ];
 
 /// The most bytes that a build holds, for each triangle.
@@ -49,9 +49,11 @@ fn builders_hold_no_more_than_promised() {
         let two = peak(builder, &scene.triangles, 2);
         println!("{:12} {one:6.1} bytes a triangle on one thread, {two:6.1} on two", builder.id);
         assert!(one <= *most, "{}: {one:.1} bytes a triangle", builder.id);
-        // Threads have their own tables, and a subtree each on the way to its place.
-        assert!(two <= 1.1 * most, "{}: {two:.1} bytes a triangle on two threads", builder.id);
-        assert_eq!(peak(builder, &scene.triangles, 1), one, "{}: one thread, one number", builder.id);
+        // Threads have their own tables, and a few subtrees are on the way to their places: less, the larger the scene.
+        assert!(two <= 1.2 * most, "{}: {two:.1} bytes a triangle on two threads", builder.id);
+        // Something is made once only, such as a thread's own data.
+        let again = peak(builder, &scene.triangles, 1);
+        assert!((again - one).abs() < 0.1, "{}: {one} and {again} bytes a triangle on one thread", builder.id);
     }
     // Half of the triangles take half of it.
     let half = Scene::load("gen:spheres:100000").unwrap();
