@@ -2,7 +2,7 @@
 
 use bvh_lab::build::{Brake, BuildOptions, Builder, Input};
 use bvh_lab::bvh::{Bvh, tree_hash, validate_parts};
-use bvh_lab::geom::{Aabb, Triangle};
+use bvh_lab::geom::Aabb;
 use bvh_lab::scene::Scene;
 
 /// A scene.
@@ -20,7 +20,7 @@ impl Subject {
 
     /// The whole build from triangles, boxes included.
     pub fn build(&self, builder: &Builder, options: &BuildOptions) -> Bvh {
-        let boxes: Vec<Aabb> = self.scene.triangles.iter().map(Triangle::aabb).collect();
+        let boxes = builder.boxes(&self.scene.triangles, options);
         (builder.timed)(Input::of_triangles(&self.scene.triangles, &boxes), options, &mut Brake::default())
             .expect("the benchmark asks for what builders offer")
     }

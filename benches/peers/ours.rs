@@ -5,7 +5,7 @@ use crate::subject::{Built, Prepared, Subject};
 use crate::tree::PeerTree;
 use bvh_lab::build::{self, Brake, BuildOptions, Builder, Input, Parameter};
 use bvh_lab::bvh::Bvh;
-use bvh_lab::geom::{Aabb, Ray, Triangle};
+use bvh_lab::geom::{Ray, Triangle};
 use bvh_lab::lab;
 use bvh_lab::refine::STEPS;
 use bvh_lab::trace::{HitRecord, Kernel, Query, Scratch, Tracer};
@@ -67,7 +67,7 @@ impl Recipe {
     /// # Errors
     /// What the builder says, in one line.
     pub fn tree(&self, triangles: &[Triangle]) -> Result<Bvh, String> {
-        let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+        let boxes = self.builder.boxes(triangles, &self.options);
         let input = Input::of_triangles(triangles, &boxes);
         (self.builder.timed)(input, &self.options, &mut Brake::default()).map_err(|e| e.to_string())
     }

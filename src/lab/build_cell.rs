@@ -69,7 +69,7 @@ pub fn measure_build(triangles: &[Triangle], cell: &BuildCell) -> Measured {
 pub(super) fn measure_uncounted(triangles: &[Triangle], cell: &BuildCell) -> Measured {
     let build = |brake: &mut Brake| {
         // Boxes are part of the build: it starts from triangles.
-        let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+        let boxes = cell.builder.boxes(triangles, &cell.options);
         (cell.builder.timed)(Input::of_triangles(triangles, &boxes), &cell.options, brake)
     };
     let begin = Instant::now();
@@ -103,7 +103,7 @@ pub(super) fn measure_uncounted(triangles: &[Triangle], cell: &BuildCell) -> Mea
 fn counted(triangles: &[Triangle], cell: &BuildCell, mut built: Box<Built>) -> Measured {
     let counters = &mut built.counters;
     let (again, peak) = peak_of(|| {
-        let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+        let boxes = cell.builder.boxes(triangles, &cell.options);
         (cell.builder.counted)(Input::of_triangles(triangles, &boxes), &cell.options, counters)
     });
     built.peak_bytes = peak;

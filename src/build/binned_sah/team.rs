@@ -69,7 +69,8 @@ impl Team {
     /// Grows everything below each node.
     pub fn finish(&mut self, tasks: Vec<Task>, nodes: &mut Vec<Node>) {
         self.each(tasks, nodes, |grower, Task { open, mut part }, block| {
-            block.reserve(2 * open.place.count - 1);
+            // The root has its place. On one thread this is the whole tree's array, which has room for all.
+            block.reserve(2 * open.place.count - 2);
             grower.grow(open, &mut part, block);
             Vec::new()
         });

@@ -9,7 +9,9 @@ use super::options::{BuildOptions, Engine, Parameter, Preset};
 use super::top_down::Costs;
 use super::{Brake, BuildError, Counters, Input, MAX_LEAF};
 use crate::bvh::{Bvh, Limits};
+use crate::geom::{Aabb, Triangle};
 use crate::refine::{Refinements, Step};
+use rayon::prelude::*;
 
 /// A builder as the laboratory sees it.
 #[derive(Clone, Copy, Debug)]
@@ -110,6 +112,15 @@ impl Builder {
     /// How many threads a build with `options` shares its work between.
     pub fn threads(&self, options: &BuildOptions) -> usize {
         if (self.parallel)(options) { rayon::current_num_threads() } else { 1 }
+    }
+
+    /// The boxes of `triangles`, which a build with `options` begins with, by as many threads as that has.
+    pub fn boxes(&self, triangles: &[Triangle], options: &BuildOptions) -> Vec<Aabb> {
+        if (self.parallel)(options) {
+            triangles.par_iter().with_min_len(1 << 13).map(Triangle::aabb).collect()
+        } else {
+            triangles.iter().map(Triangle::aabb).collect()
+        }
     }
 
     /// What its trees are held to.

@@ -5,7 +5,7 @@ use super::{Comparison, Contestant};
 use crate::build::{Brake, BuildOptions, Builder, Counters, Input};
 use crate::bvh::{Bvh, Coverage, tree_hash};
 use crate::cost::{SahParams, epo, leaf_counts, sah, stats};
-use crate::geom::{Aabb, Triangle};
+use crate::geom::Triangle;
 use crate::lab::{BuildCell, EPO_LIMIT, Measured, Repeats, measure_build, spread};
 use crate::rows::{CompareRow, Spread, Status};
 use crate::scene::Scene;
@@ -261,7 +261,7 @@ fn rate(times: Times, set: &RaySet) -> Option<Spread> {
 fn timed_build(builder: &Builder, options: &BuildOptions, triangles: &[Triangle]) -> Result<f64, String> {
     let begin = Instant::now();
     // Boxes are part of the build: it starts from triangles.
-    let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+    let boxes = builder.boxes(triangles, options);
     let built = (builder.timed)(Input::of_triangles(triangles, &boxes), options, &mut Brake::default());
     let seconds = begin.elapsed().as_secs_f64();
     built.map(|_| seconds).map_err(|e| e.to_string())
