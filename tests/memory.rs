@@ -26,11 +26,12 @@ const PROMISES: &[(&str, f64)] = &[
 /// The most bytes that a build holds, for each triangle.
 fn peak(builder: &Builder, triangles: &[Triangle], threads: usize) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let options = BuildOptions::default();
     let (tree, peak) = peak_of(|| {
         pool.install(|| {
-            let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+            let boxes = builder.boxes(triangles, &options);
             let input = Input::of_triangles(triangles, &boxes);
-            (builder.timed)(input, &BuildOptions::default(), &mut Brake::default()).unwrap()
+            (builder.timed)(input, &options, &mut Brake::default()).unwrap()
         })
     });
     let peak = peak.expect("this program's allocator counts");

@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 /// that subtree's nodes are further behind now, the root's apart.
 ///
 /// A subtree is moved as soon as those before it are grown, most often while it still is in the cache of its thread: a tree
-/// is large, and to write it to memory twice would cost a tenth of what a fast builder takes.
+/// is large, and a fast builder would feel it if all of it went to memory twice.
 pub(super) fn grow_behind<T: Send, S, R: Send>(
     nodes: &mut Vec<Node>,
     room: usize,

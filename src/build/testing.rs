@@ -1,7 +1,9 @@
 //! Boxes for tests: random ones, and ones on a small integer grid that provoke ties everywhere.
 
-use crate::bvh::Bvh;
+use super::{BuildError, Counters};
+use crate::bvh::{Bvh, TreeHash, tree_hash};
 use crate::geom::Aabb;
+use crate::simd::Simd;
 use glam::Vec3;
 use proptest::prelude::*;
 
@@ -60,4 +62,24 @@ pub fn six_in_a_row(pitch: f32, steps_lower: u8) -> Vec<Aabb> {
     let height = |i: usize| if i < 4 { 1.0 } else { lower };
     let from = |i: usize| Vec3::new(pitch * i as f32, 0.0, 0.0);
     (0..6).map(|i| Aabb::new(from(i), from(i) + Vec3::new(1.0, height(i), 1.0))).collect()
+}
+
+/// The tree and the work of `build`, which are the same by every level of vector instructions and on any number of threads.
+///
+/// # Panics
+/// If they are not.
+pub fn same_everywhere(build: impl Fn(Simd, &mut Counters) -> Result<Bvh, BuildError> + Sync) -> (TreeHash, Counters) {
+    let run = |threads, simd| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut work = Counters::default();
+        let bvh = pool.install(|| build(simd, &mut work)).unwrap();
+        (tree_hash(&bvh), work)
+    };
+    let expected = run(1, Simd::Baseline);
+    for simd in Simd::available() {
+        for threads in [1, 2, 7] {
+            assert!(run(threads, simd) == expected, "{simd:?} {threads}");
+        }
+    }
+    expected
 }

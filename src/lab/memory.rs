@@ -24,8 +24,9 @@ pub fn keep_freed_memory() {
 }
 
 /// The system's allocator, which counts while [`peak_of`] runs. A program has its figures if it says
-/// `#[global_allocator] static ALLOCATOR: MeteredAllocator = MeteredAllocator;`. The crates for this write zeros where the
-/// system has them, or copy where it would move pages, and count always; builds are timed here.
+/// `#[global_allocator] static ALLOCATOR: MeteredAllocator = MeteredAllocator;`. Of the crates for this,
+/// `peak_alloc` writes zeros where the system has them, copies where it would move pages, and counts always, though builds are
+/// timed here; `stats_alloc` keeps no peak.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MeteredAllocator;
 

@@ -1,8 +1,8 @@
 //! The bins of the two children of a node, filled while the node is divided, and the best plane between them.
 
 use super::MOST_BINS;
-use super::grow::RUN;
 use super::lanes::{Lanes, Span};
+use super::parting::RUN;
 use glam::{BVec4A, Vec4};
 
 /// What [`Grid`] says where all axes have bins.

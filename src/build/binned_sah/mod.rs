@@ -26,6 +26,7 @@
 mod bins;
 mod grow;
 mod lanes;
+mod parting;
 mod small;
 mod team;
 #[cfg(test)]

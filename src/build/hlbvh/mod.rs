@@ -1,7 +1,7 @@
 //! `hlbvh`: neighbours along the Morton curve below, binned SAH above.
 //!
-//! Sources: Pantaleoni and Luebke 2010, "HLBVH: Hierarchical LBVH Construction for Real-Time Ray Tracing", section 3.3;
-//! Garanzha, Pantaleoni and McAllister 2011, "Simpler and Faster HLBVH with Work Queues", section 4.
+//! Sources: Pantaleoni and Luebke 2010, "HLBVH: Hierarchical LBVH Construction for Real-Time Ray Tracing" (its SAH-optimized variant);
+//! Garanzha, Pantaleoni and McAllister 2011, "Simpler and Faster HLBVH with Work Queues".
 //!
 //! The tree of [`super::lbvh`] is cut into its largest subtrees of at most [`Hlbvh::cluster`] triangles that hang together.
 //! These clusters stay as they are; what is above them is built anew by [`super::binned_sah`], with each cluster as one box.
@@ -18,7 +18,7 @@ mod clusters;
 mod tests;
 
 use super::binned_sah::{self, BinnedSah};
-use super::lbvh::{Edges, cut, join, leaves_of};
+use super::lbvh::{Edges, PART, cut, join, leaves_of};
 use super::morton::Order;
 use super::{BuildError, MAX_LEAF, Probe, Unfinished, Work};
 use crate::bvh::{Bvh, Node};
@@ -27,9 +27,6 @@ use crate::simd::Simd;
 use clusters::Starts;
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// Triangles of a part, which one thread does.
-const PART: usize = 1 << 14;
 
 /// The most triangles of a cluster, or of a leaf: parts are cut where no subtree as small as that is.
 pub const MOST_IN_CLUSTER: usize = super::lbvh::MOST_IN_LEAF;

@@ -1,9 +1,8 @@
 //! The tree against its definition: clusters are the largest subtrees of `lbvh`, and above them is `binned-sah`.
 
 use super::*;
-use crate::build::Counters;
 use crate::build::lbvh::{self, Lbvh, MOST_GROWTH};
-use crate::build::testing::any_boxes;
+use crate::build::testing::{any_boxes, same_everywhere};
 use crate::bvh::{Limits, tree_hash, validate};
 use crate::cost::{SahParams, sah};
 use crate::refine::open_leaves;
@@ -131,22 +130,11 @@ fn costs_lie_between_lbvh_and_binned_sah_and_rise_with_the_clusters() {
 #[test]
 fn the_same_tree_and_work_at_every_level_and_on_any_number_of_threads() {
     let boxes = scene("gen:spheres:60000");
-    let run = |threads, simd| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut work = Counters::default();
-        let bvh = pool.install(|| build_with(&boxes, &Hlbvh::default(), simd, PART, &mut work)).unwrap();
-        (tree_hash(&bvh), work)
-    };
-    let expected = run(1, Simd::Baseline);
-    for simd in Simd::available() {
-        for threads in [1, 2, 7] {
-            assert!(run(threads, simd) == expected, "{simd:?} {threads}");
-        }
-    }
+    let (_, work) = same_everywhere(|simd, work| build_with(&boxes, &Hlbvh::default(), simd, PART, work));
     // One merge less than triangles in each cluster, and clusters in bins.
-    let clusters = 60_000 - expected.1.get(Work::Merges);
+    let clusters = 60_000 - work.get(Work::Merges);
     assert!((60_000 / 32..60_000 / 8).contains(&clusters), "{clusters}");
-    assert!(expected.1.get(Work::Binned) > clusters);
+    assert!(work.get(Work::Binned) > clusters);
 }
 
 #[test]

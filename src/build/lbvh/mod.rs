@@ -37,7 +37,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Triangles of a part.
-const PART: usize = 1 << 14;
+pub(super) const PART: usize = 1 << 14;
 
 /// The most triangles that a leaf may be asked to hold.
 pub(super) const MOST_IN_LEAF: usize = 64;

@@ -1,8 +1,7 @@
 //! The tree against its definition: parted where the least level is.
 
 use super::*;
-use crate::build::Counters;
-use crate::build::testing::any_boxes;
+use crate::build::testing::{any_boxes, same_everywhere};
 use crate::bvh::{Limits, tree_hash, validate};
 use crate::refine::open_leaves;
 use crate::scene::Scene;
@@ -59,19 +58,8 @@ fn scenes_part_where_the_definition_says() {
 #[test]
 fn the_same_tree_and_work_at_every_level_and_on_any_number_of_threads() {
     let boxes = scene("gen:spheres:60000");
-    let run = |threads, simd| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut work = Counters::default();
-        let bvh = pool.install(|| build_with(&boxes, &Lbvh::default(), simd, PART, &mut work)).unwrap();
-        (tree_hash(&bvh), work)
-    };
-    let expected = run(1, Simd::Baseline);
-    for simd in Simd::available() {
-        for threads in [1, 2, 7] {
-            assert!(run(threads, simd) == expected, "{simd:?} {threads}");
-        }
-    }
-    assert_eq!(expected.1.get(Work::Merges), 59_999);
+    let (_, work) = same_everywhere(|simd, work| build_with(&boxes, &Lbvh::default(), simd, PART, work));
+    assert_eq!(work.get(Work::Merges), 59_999);
 }
 
 proptest! {
