@@ -23,6 +23,14 @@ const PROMISES: &[(&str, f64)] = &[
     ("ploc", 127.0),
 ];
 
+/// Bytes a triangle for subtrees that one thread has grown and that wait for those before them on another: at worst, if that
+/// one is held up, all there are in this small scene, with room for two nodes a triangle, and one more spare on each thread.
+/// In a large scene it is a batch of them, however many triangles there are.
+const WAITING: f64 = 64.0 + 11.0;
+
+/// Builders whose subtrees wait.
+const WITH_WAITING: [&str; 4] = ["sweep-sah", "binned-sah", "kway-sah", "kway-slab"];
+
 /// The most bytes that a build holds, for each triangle.
 fn peak(builder: &Builder, triangles: &[Triangle], threads: usize) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -50,8 +58,9 @@ fn builders_hold_no_more_than_promised() {
         let two = peak(builder, &scene.triangles, 2);
         println!("{:12} {one:6.1} bytes a triangle on one thread, {two:6.1} on two", builder.id);
         assert!(one <= *most, "{}: {one:.1} bytes a triangle", builder.id);
-        // Threads have their own tables, and a few subtrees are on the way to their places: less, the larger the scene.
-        assert!(two <= 1.2 * most, "{}: {two:.1} bytes a triangle on two threads", builder.id);
+        // Threads have their own tables.
+        let waiting = if WITH_WAITING.contains(&builder.id) { WAITING } else { 0.0 };
+        assert!(two <= 1.02 * most + waiting, "{}: {two:.1} bytes a triangle on two threads", builder.id);
         // Something is made once only, such as a thread's own data.
         let again = peak(builder, &scene.triangles, 1);
         assert!((again - one).abs() < 0.1, "{}: {one} and {again} bytes a triangle on one thread", builder.id);

@@ -6,7 +6,7 @@ use std::mem::MaybeUninit;
 use std::sync::{Mutex, PoisonError};
 
 /// Grows a subtree for each of `tasks`, of which one thread grows one at a time, and puts it into its place and behind the
-/// last node, in the order of the tasks. All together have at most `room` nodes, not counting the roots.
+/// last node, in the order of the tasks. Each has at most as many nodes as `room` says, not counting the root.
 ///
 /// `grow` writes its subtree from the root on, counted from 0, but with slots of the whole tree, into an empty vector, and
 /// returns the place of the root and whatever else is to be known. That comes back, and with it by how much the places of
@@ -16,25 +16,29 @@ use std::sync::{Mutex, PoisonError};
 /// is large, and a fast builder would feel it if all of it went to memory twice.
 pub(super) fn grow_behind<T: Send, S, R: Send>(
     nodes: &mut Vec<Node>,
-    room: usize,
     tasks: Vec<T>,
+    room: impl Fn(&T) -> usize + Sync + Send,
     state: impl Fn() -> S + Sync + Send,
     grow: impl Fn(&mut S, T, &mut Vec<Node>) -> (usize, R) + Sync + Send,
 ) -> Vec<(usize, R)> {
-    nodes.reserve(room);
+    let all = tasks.iter().map(&room).sum();
+    nodes.reserve(all);
     let first = nodes.len();
     let count = tasks.len();
     let queue = Queue {
-        rest: &mut nodes.spare_capacity_mut()[..room],
+        rest: &mut nodes.spare_capacity_mut()[..all],
         shift: first - 1,
         next: 0,
         waiting: (0..count).map(|_| None).collect(),
+        spare: Vec::new(),
         roots: Vec::with_capacity(count),
     };
     let queue = Mutex::new(queue);
     let lock = || queue.lock().unwrap_or_else(PoisonError::into_inner);
-    let run = |(state, spare): &mut (S, Vec<Vec<Node>>), (index, task): (usize, T)| {
-        let mut block = spare.pop().unwrap_or_default();
+    let run = |(state, spare): &mut (S, Option<Vec<Node>>), (index, task): (usize, T)| {
+        // The one last moved is still in this thread's cache.
+        let mut block = spare.take().or_else(|| lock().spare.pop()).unwrap_or_default();
+        block.reserve_exact(1 + room(&task));
         let (place, result) = grow(state, task, &mut block);
         let ready = lock().put(index, place, block);
         for (mut block, to, shift) in ready {
@@ -42,16 +46,18 @@ pub(super) fn grow_behind<T: Send, S, R: Send>(
                 to.write(moved(node, shift));
             });
             block.clear();
-            spare.push(block);
+            if let Some(more) = spare.replace(block) {
+                lock().spare.push(more);
+            }
         }
         (index, result)
     };
     // In their order, so that few have to wait for those before them.
     let tasks = tasks.into_iter().enumerate().par_bridge();
-    let mut results: Vec<_> = tasks.map_init(|| (state(), Vec::new()), run).collect();
+    let mut results: Vec<_> = tasks.map_init(|| (state(), None), run).collect();
     results.sort_unstable_by_key(|(index, _)| *index);
     let Queue { rest, roots, .. } = queue.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let more = room - rest.len();
+    let more = all - rest.len();
     assert_eq!(roots.len(), count, "all subtrees are grown");
     // SAFETY: all that `put` has given out were written.
     unsafe { nodes.set_len(first + more) };
@@ -72,6 +78,8 @@ struct Queue<'a> {
     next: usize,
     /// Those that were grown before the next one: the place of the root, and the nodes.
     waiting: Vec<Option<(usize, Vec<Node>)>>,
+    /// Empty ones, so that no more are made than wait and grow at the same time.
+    spare: Vec<Vec<Node>>,
     /// Where each root belongs to, and the shift of its children.
     roots: Vec<(usize, Node, usize)>,
 }
@@ -106,13 +114,13 @@ mod tests {
     use crate::geom::Aabb;
 
     fn put(nodes: &mut Vec<Node>, subtrees: &[(usize, &[Node])]) -> Vec<usize> {
-        let room = subtrees.iter().map(|(_, subtree)| subtree.len()).sum();
+        let room = |(_, subtree): &(usize, &[Node])| subtree.len() - 1;
         let grow = |_: &mut (), (place, subtree): (usize, &[Node]), block: &mut Vec<Node>| {
             assert!(block.is_empty());
             block.extend_from_slice(subtree);
             (place, place)
         };
-        let results = grow_behind(nodes, room, subtrees.to_vec(), || (), grow);
+        let results = grow_behind(nodes, subtrees.to_vec(), room, || (), grow);
         assert!(results.iter().zip(subtrees).all(|((_, place), (wanted, _))| place == wanted));
         results.into_iter().map(|(shift, _)| shift).collect()
     }
@@ -151,12 +159,11 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut nodes = vec![leaf(0); sizes.len() + 1];
             let tasks: Vec<usize> = (0..sizes.len()).collect();
-            let room = sizes.iter().map(|n| 2 * n).sum();
             let results = pool.install(|| {
                 grow_behind(
                     &mut nodes,
-                    room,
                     tasks,
+                    |&i| 2 * sizes[i],
                     || (),
                     |(), i, block| {
                         std::thread::sleep(std::time::Duration::from_micros(slow(i)));

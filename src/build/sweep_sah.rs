@@ -71,11 +71,11 @@ pub fn build<P: Probe>(boxes: &[Aabb], params: &SweepSah, probe: &mut P) -> Resu
             return Err(BuildError::Stopped(Unfinished { pending: jobs.iter().map(|(open, _)| open.count).collect() }));
         }
         let later = jobs.split_off(jobs.len().min(BATCH));
-        let room = jobs.iter().map(|(open, _)| 2 * open.count - 2).sum();
+        let room = |(open, _): &(Open, Part)| 2 * open.count - 2;
         let grow = |scratch: &mut Scratch, (open, part): (Open, Part), subtree: &mut Vec<Node>| {
             (open.node, sweep.subtree(open, part, scratch, subtree))
         };
-        costs += grow_behind(&mut nodes, room, jobs, Scratch::default, grow).iter().map(|(_, done)| done).sum::<u64>();
+        costs += grow_behind(&mut nodes, jobs, room, Scratch::default, grow).iter().map(|(_, done)| done).sum::<u64>();
         jobs = later;
     }
     probe.add(Work::SplitCosts, costs);

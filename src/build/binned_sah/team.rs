@@ -61,27 +61,32 @@ impl Team {
             };
             return tasks.into_iter().flat_map(divide).collect();
         }
-        self.each(tasks, nodes, |grower, Task { open, mut part }, block| {
-            let left = grower.divide(open, &mut part, block);
-            tasks_of(part, left)
-        })
+        self.each(
+            tasks,
+            nodes,
+            |_| 2,
+            |grower, Task { open, mut part }, block| {
+                let left = grower.divide(open, &mut part, block);
+                tasks_of(part, left)
+            },
+        )
     }
 
     /// Grows everything below each node.
     pub fn finish(&mut self, tasks: Vec<Task>, nodes: &mut Vec<Node>) {
-        self.each(tasks, nodes, |grower, Task { open, mut part }, block| {
-            // The root has its place. On one thread this is the whole tree's array, which has room for all.
-            block.reserve(2 * open.place.count - 2);
+        let room = |task: &Task| 2 * task.count() - 2;
+        self.each(tasks, nodes, room, |grower, Task { open, mut part }, block| {
             grower.grow(open, &mut part, block);
             Vec::new()
         });
     }
 
-    /// Has one thread `work` on each, with nodes of its own, and puts these behind the others.
+    /// Has one thread `work` on each, with nodes of its own, as many as there is `room` for, and puts these behind the others.
     fn each<'a>(
         &mut self,
         tasks: Vec<Task<'a>>,
         nodes: &mut Vec<Node>,
+        room: impl Fn(&Task) -> usize + Sync + Send,
         work: impl Fn(&mut Grower, Task<'a>, &mut Vec<Node>) -> Vec<Task<'a>> + Sync,
     ) -> Vec<Task<'a>> {
         if self.threads == 1 {
@@ -95,9 +100,8 @@ impl Team {
             let left = work(grower, task, block);
             (place, (left, grower.tally))
         };
-        let room = tasks.iter().map(|task| 2 * task.count() - 2).sum();
         let mut all_left = Vec::new();
-        for (shift, (mut left, tally)) in grow_behind(nodes, room, tasks, worker, work) {
+        for (shift, (mut left, tally)) in grow_behind(nodes, tasks, room, worker, work) {
             left.iter_mut().for_each(|task| task.open.place.node += shift);
             all_left.append(&mut left);
             self.apart.add(&tally);

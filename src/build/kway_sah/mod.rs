@@ -179,14 +179,14 @@ impl<const K: usize> Builder<K> {
             if !probe.go_on(large.iter().map(|open| open.count as u64).sum()) {
                 return Err(stopped(&[&large, &subtrees]));
             }
-            self.all(&mut references, &large, &mut nodes, Divider::one, &mut level);
+            self.all(&mut references, &large, &mut nodes, |_| 2 * K - 2, Divider::one, &mut level);
         }
         subtrees.sort_unstable_by_key(|open| open.start);
         for (i, batch) in subtrees.chunks(BATCH).enumerate() {
             if !probe.go_on(batch.iter().map(|open| open.count as u64).sum()) {
                 return Err(stopped(&[&subtrees[i * BATCH..]]));
             }
-            self.all(&mut references, batch, &mut nodes, Divider::subtree, &mut level);
+            self.all(&mut references, batch, &mut nodes, |open| 2 * open.count - 2, Divider::subtree, &mut level);
         }
         let dividers = self.dividers.into_inner().unwrap_or_else(PoisonError::into_inner);
         probe.add(Work::DpSteps, dividers.iter().map(Divider::steps).sum());
@@ -197,12 +197,13 @@ impl<const K: usize> Builder<K> {
     }
 
     /// Does something to several nodes, which are in the order of their slots, and puts what comes of it into place: each
-    /// with the nodes below it. Those that may be divided further are added to `level`, in the order of their slots.
+    /// with the nodes below it, for which there is `room`. Those that may be divided further are added to `level`, in the order of their slots.
     fn all(
         &self,
         references: &mut [Reference],
         opens: &[Open],
         nodes: &mut Vec<Node>,
+        room: impl Fn(&Open) -> usize + Sync + Send,
         work: impl Fn(&mut Divider<K>, Open, &mut [Reference], &mut Vec<Node>) -> Vec<Open> + Sync + Send,
         level: &mut Vec<Open>,
     ) {
@@ -221,8 +222,8 @@ impl<const K: usize> Builder<K> {
             self.dividers.lock().unwrap_or_else(PoisonError::into_inner).push(divider);
             (open.node, left)
         };
-        let room = opens.iter().map(|open| 2 * open.count - 2).sum();
-        for (shift, left) in grow_behind(nodes, room, jobs, || (), run) {
+        let room = |(open, ..): &(Open, Aabb, &mut [Reference])| room(open);
+        for (shift, left) in grow_behind(nodes, jobs, room, || (), run) {
             level.extend(left.iter().map(|&open| Open { node: open.node + shift, ..open }));
         }
     }
