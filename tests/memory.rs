@@ -16,8 +16,8 @@ const PROMISES: &[(&str, f64)] = &[
     ("sweep-sah", 133.0),
     ("binned-sah", 157.0),
     ("sbvh", 146.0),
-    ("kway-sah", 161.0),
-    ("kway-slab", 161.0),
+    ("kway-sah", 167.0),
+    ("kway-slab", 167.0),
     ("lbvh", 96.0),
     ("hlbvh", 104.0),
     ("ploc", 127.0),
@@ -60,7 +60,7 @@ fn builders_hold_no_more_than_promised() {
         assert!(one <= *most, "{}: {one:.1} bytes a triangle", builder.id);
         // Threads have their own tables.
         let waiting = if WITH_WAITING.contains(&builder.id) { WAITING } else { 0.0 };
-        assert!(two <= 1.02 * most + waiting, "{}: {two:.1} bytes a triangle on two threads", builder.id);
+        assert!(two <= 1.1 * most + waiting, "{}: {two:.1} bytes a triangle on two threads", builder.id);
         // Something is made once only, such as a thread's own data.
         let again = peak(builder, &scene.triangles, 1);
         assert!((again - one).abs() < 0.1, "{}: {one} and {again} bytes a triangle on one thread", builder.id);
