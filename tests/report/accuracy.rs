@@ -127,12 +127,16 @@ fn factors_are_means_over_scenes_and_the_sentence_follows_them() {
     let prices: Vec<_> = prices.records().map(|r| r.unwrap().iter().collect::<Vec<_>>().join(" ")).collect();
     // 1 µs a ray for 0.8: 25 % more; a kernel without a twin has no price.
     assert_eq!(prices, ["scalar edges 2 1000 800 1.25 0 200 200 0"]);
-    for figure in ["accuracy-cost-1", "accuracy-speed-2", "accuracy-hits", "accuracy-storage"] {
+    for figure in ["accuracy-cost-1", "accuracy-speed-2", "accuracy-decisions", "accuracy-hits", "accuracy-storage"] {
         for ending in ["svg", "png"] {
             assert!(dir.path().join(format!("figures/{figure}.{ending}")).is_file(), "{figure}");
         }
     }
     assert!(!dir.path().join("figures/accuracy-cost-3.svg").exists());
+    // 25 of 1,000 by f32, on both scenes, and nothing of the decision that has no rows.
+    let flips = fs::read_to_string(dir.path().join("figures/accuracy-decisions.svg")).unwrap();
+    assert!(page.contains("figures/accuracy-decisions.svg") && flips.contains("Where to split"));
+    assert!(["f32", "25,000"].iter().all(|text| flips.contains(text)) && !flips.contains("nearest"));
     // Without a study there is no page of it; beside one, it names this page.
     let index = dir.path().join("index.html");
     assert!(!index.exists());

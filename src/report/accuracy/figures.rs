@@ -1,6 +1,7 @@
-//! The figures: cost and speed against build time, a sheet a scene; wrong hits and extra boxes against what they save.
+//! The figures: cost and speed against build time, a sheet a scene; flips, wrong hits and extra boxes against what they save.
 
 use super::Accuracy;
+use crate::build::rounding::Decision;
 use crate::report::figures::chart::{Line, Mark};
 use crate::report::figures::curves::{Curve, Panel, Sheet};
 use crate::report::figures::legend::Entry;
@@ -22,6 +23,7 @@ pub(crate) fn sheets(accuracy: &Accuracy, scenes: &[&str]) -> Vec<(String, Optio
         all.push((format!("accuracy-cost-{}", i + 1), trees(accuracy, scene, "SAH cost", |r| r.sah)));
         all.push((format!("accuracy-speed-{}", i + 1), trees(accuracy, scene, "MRays/s, diffuse", |r| r.mrays_per_s)));
     }
+    all.push(("accuracy-decisions".to_owned(), decisions(accuracy, scenes)));
     all.push(("accuracy-hits".to_owned(), hits(accuracy, scenes)));
     all.push(("accuracy-storage".to_owned(), storage(accuracy, scenes)));
     all
@@ -77,7 +79,8 @@ fn trees(accuracy: &Accuracy, scene: &str, y_label: &'static str, value: Value) 
 
 fn curve<'a>(rows: impl Iterator<Item = &'a AccuracyRow>, colour: RGBColor, x: Value, y: Value) -> Curve {
     let mut rows: Vec<_> = rows.collect();
-    rows.sort_by_key(|r| r.setting);
+    // What leaves nothing out comes last.
+    rows.sort_by_key(|r| (r.setting.is_none(), r.setting));
     let mut points = Vec::new();
     let mut names = Vec::new();
     for row in &rows {
@@ -87,6 +90,39 @@ fn curve<'a>(rows: impl Iterator<Item = &'a AccuracyRow>, colour: RGBColor, x: V
         }
     }
     Curve { colour, line: (points.len() > 1).then_some(Line::Solid), points, names }
+}
+
+/// Decisions in a million that are not those of costs without rounding.
+fn otherwise_per_million(row: &AccuracyRow) -> Option<f64> {
+    let compared = row.compared.filter(|&n| n > 0)?;
+    Some(row.different? as f64 / compared as f64 * 1e6)
+}
+
+fn decisions(accuracy: &Accuracy, scenes: &[&str]) -> Option<Sheet> {
+    let panel = |decision: Decision| {
+        let one = |(scene, colour): (&&str, RGBColor)| {
+            let shown = |r: &&AccuracyRow| {
+                r.status == Status::Ok && r.study == "decisions" && r.scene == **scene && r.method == decision.id()
+            };
+            let mut curve = curve(accuracy.rows.iter().filter(shown), colour, |r| r.build_ms, otherwise_per_million);
+            curve.names.iter_mut().filter(|name| !name.is_empty()).for_each(|name| name.insert(0, 'f'));
+            curve
+        };
+        Panel {
+            title: match decision {
+                Decision::Splits => "Where to split".to_owned(),
+                Decision::Merges => "Which cluster is nearest".to_owned(),
+            },
+            x_label: "Build time in milliseconds",
+            y_label: "Decided otherwise in a million",
+            curves: scenes.iter().zip(COLOURS.into_iter().cycle()).map(one).collect(),
+        }
+    };
+    let panels: Vec<Panel> = Decision::ALL.map(panel).into_iter().filter(Panel::has_points).collect();
+    let notes = vec![
+        "Costs in f32, in f64 and, at squares, without rounding, by builders that differ in nothing else.".to_owned(),
+    ];
+    (!panels.is_empty()).then(|| Sheet { panels, legend: vec![scene_legend(scenes)], notes })
 }
 
 fn wrong_per_million(row: &AccuracyRow) -> Option<f64> {

@@ -75,6 +75,7 @@ pub(crate) fn html(accuracy: &Accuracy, scenes: &[&str], drawn: &[(String, Rende
                         p { (question) }
                         ul { @for (_, text) in said.iter().filter(|(s, _)| s == study) { li { (text) } } }
                         (means(series.iter().filter(|s| s.study == study)))
+                        @if study == "decisions" { (picture(drawn, "accuracy-decisions", "Decisions that flip against build time.")) }
                         @if study == "intersection" { (prices(accuracy)) }
                         @if study == "intersection" { (picture(drawn, "accuracy-hits", "Wrong hits against time a ray.")) }
                         @if study == "storage" { (picture(drawn, "accuracy-storage", "Box tests against memory.")) }
