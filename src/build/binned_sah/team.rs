@@ -2,6 +2,7 @@
 
 use super::grow::{Grower, Open, Part, SHARED, Tally};
 use super::lanes::Survey;
+use super::small::SMALL;
 use crate::build::subtrees::grow_behind;
 use crate::bvh::Node;
 use crate::geom::Aabb;

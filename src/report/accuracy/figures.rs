@@ -1,7 +1,6 @@
 //! The figures: cost and speed against build time, a sheet a scene; flips, wrong hits and extra boxes against what they save.
 
 use super::Accuracy;
-use crate::build::rounding::Decision;
 use crate::report::figures::chart::{Line, Mark};
 use crate::report::figures::curves::{Curve, Panel, Sheet};
 use crate::report::figures::legend::Entry;
@@ -99,26 +98,24 @@ fn otherwise_per_million(row: &AccuracyRow) -> Option<f64> {
 }
 
 fn decisions(accuracy: &Accuracy, scenes: &[&str]) -> Option<Sheet> {
-    let panel = |decision: Decision| {
+    let panel = |(title, method): (&str, &str)| {
         let one = |(scene, colour): (&&str, RGBColor)| {
             let shown = |r: &&AccuracyRow| {
-                r.status == Status::Ok && r.study == "decisions" && r.scene == **scene && r.method == decision.id()
+                r.status == Status::Ok && r.study == "decisions" && r.scene == **scene && r.method == method
             };
             let mut curve = curve(accuracy.rows.iter().filter(shown), colour, |r| r.build_ms, otherwise_per_million);
             curve.names.iter_mut().filter(|name| !name.is_empty()).for_each(|name| name.insert(0, 'f'));
             curve
         };
         Panel {
-            title: match decision {
-                Decision::Splits => "Where to split".to_owned(),
-                Decision::Merges => "Which cluster is nearest".to_owned(),
-            },
+            title: title.to_owned(),
             x_label: "Build time in milliseconds",
             y_label: "Decided otherwise in a million",
             curves: scenes.iter().zip(COLOURS.into_iter().cycle()).map(one).collect(),
         }
     };
-    let panels: Vec<Panel> = Decision::ALL.map(panel).into_iter().filter(Panel::has_points).collect();
+    let titles = [("Where to split", "splits"), ("Which cluster is nearest", "merges")];
+    let panels: Vec<Panel> = titles.map(panel).into_iter().filter(Panel::has_points).collect();
     let notes = vec![
         "Costs in f32, in f64 and, at squares, without rounding, by builders that differ in nothing else.".to_owned(),
     ];
