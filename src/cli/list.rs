@@ -61,7 +61,10 @@ fn scenes() -> Vec<Entry> {
             "turned about the vertical, more so the higher: the same triangles, moved",
         ),
         entry("FILE.obj", "file", "Wavefront OBJ with its MTL"),
+        entry("FILE.ply, FILE.stl", "file", "Stanford PLY and STL, as text or binary"),
+        entry("FILE.gltf, FILE.glb", "file", "glTF 2.0"),
         entry("FILE.tri", "file", "raw triangles: little-endian f32, nine a triangle"),
+        entry("FILE.gz, FILE.zst", "file", "any of these, packed, as in FILE.obj.gz"),
     ];
     levels.chain(families).chain(files).collect()
 }

@@ -8,7 +8,7 @@ use super::{Failure, Outcome, off, wrong};
 use bvh_lab::build::{Brake, Engine, Input, Preset};
 use bvh_lab::bvh::{Bvh, tree_hash};
 use bvh_lab::geom::Ray;
-use bvh_lab::lab::{RAY_SEED, Repeats, repeat};
+use bvh_lab::lab::{RAY_SEED, Repeats, human_seconds, repeat};
 use bvh_lab::rows::Spread;
 use bvh_lab::scene::Scene;
 use bvh_lab::trace::{
@@ -104,7 +104,12 @@ pub fn tree(scene: &Scene, a: &TreeArguments) -> Result<Bvh, Failure> {
 
 fn rays(a: &TraceArguments, scene: &Scene, bvh: &Bvh) -> Result<Vec<Ray>, Failure> {
     if let Some(path) = &a.rays_file {
-        return read_rays(path).map_err(wrong);
+        if a.rays == RayWord::Diffuse {
+            return Err(off(
+                "rays of a file are traced as they are; beside --rays-file, --rays takes primary (the closest hit) or any",
+            ));
+        }
+        return read_rays(path).map_err(|e| wrong(format!("cannot read {e}")));
     }
     let primary = primary_rays(&scene.camera, a.size.0, a.size.1);
     Ok(match a.rays {
@@ -129,7 +134,7 @@ pub fn run(a: &TraceArguments) -> Outcome {
     let untraceable = rays.iter().filter(|r| !r.is_traceable()).count();
     if untraceable > 0 {
         eprintln!(
-            "bvh-lab: {untraceable} of {} rays hold NaN, infinity, no direction or an empty interval: they miss",
+            "bvh-lab: {untraceable} of {} rays hold NaN, an infinite origin or direction, no direction or an empty interval: they miss",
             rays.len()
         );
     }
@@ -180,8 +185,9 @@ fn text(r: &TraceReport) -> String {
         format!("{}: {} triangles ({} dropped)", r.scene, r.triangles, r.dropped),
         format!("tree        {}{}{reading}, arity {}", r.tree.as_deref().unwrap_or(r.builder), r.refine, r.arity),
         format!("kernel      {}, {} {} rays, {} threads", r.kernel, r.rays, r.ray_kind, r.threads),
+        format!("layout      {} bytes, made of the tree in {}", r.kernel_bytes, human_seconds(r.prepare_ms / 1e3)),
         format!("speed       {}", spread_text(&r.mrays_per_s, "MRays/s")),
-        format!("hits        {} ({})", r.hits, r.hit_hash),
+        format!("hits        {} of {} ({})", r.hits, r.rays, r.hit_hash),
         format!(
             "per ray     {} nodes, {} box tests, {} triangle tests",
             per_ray(r.nodes_per_ray),

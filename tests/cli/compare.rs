@@ -162,6 +162,14 @@ fn a_tree_from_a_file_takes_part() {
 }
 
 #[test]
+fn a_builder_without_an_arity_is_told() {
+    let run = Lab::new().run("compare gen:spheres:100 -b binned-sah,top-down -k 8,16 --size 8x8 --runs 1");
+    assert_eq!(run.status, 0, "{}", run.err);
+    assert!(run.err.contains("top-down has no trees of arity 16"), "{}", run.err);
+    assert!(!run.err.contains("binned-sah has no"), "{}", run.err);
+}
+
+#[test]
 fn a_leaf_limit_is_kept_by_all_that_follow_it() {
     let lab = Lab::new();
     let report =

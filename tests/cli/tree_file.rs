@@ -39,10 +39,12 @@ fn a_tree_from_its_file_is_the_tree_that_was_built() {
     let trace = lab.json("trace gen:spheres:300 --tree tree.bvh --size 9x9 --runs 1");
     assert_eq!((&trace["builder"], &trace["tree"]), (&"file".into(), &"tree.bvh".into()));
     assert!(trace["preset"].is_null() && trace["engine"].is_null());
+    let text = lab.fine("trace gen:spheres:300 --tree tree.bvh --size 9x9 --runs 1");
     assert!(
-        lab.fine("trace gen:spheres:300 --tree tree.bvh --size 9x9 --runs 1")
-            .contains("tree        tree.bvh, arity 16")
+        text.contains("tree        tree.bvh, arity 16")
+            && text.contains(&format!("hits        {} of 81", trace["hits"]))
     );
+    assert!(text.contains(&format!("layout      {} bytes", trace["kernel_bytes"])), "{text}");
     lab.fine("render gen:spheres:300 --tree tree.bvh --size 30x20 --samples 1 -o from_file.png");
     lab.fine("render gen:spheres:300 --size 30x20 --samples 1 -o built.png");
     assert!(lab.read("from_file.png") == lab.read("built.png"));

@@ -62,15 +62,12 @@ impl Team {
             };
             return tasks.into_iter().flat_map(divide).collect();
         }
-        self.each(
-            tasks,
-            nodes,
-            |_| 2,
-            |grower, Task { open, mut part }, block| {
-                let left = grower.divide(open, &mut part, block);
-                tasks_of(part, left)
-            },
-        )
+        // Two children, and whole subtrees below small ones.
+        let room = |task: &Task| (2 * task.count() - 2).min(2 + 2 * (2 * SMALL - 2));
+        self.each(tasks, nodes, room, |grower, Task { open, mut part }, block| {
+            let left = grower.divide(open, &mut part, block);
+            tasks_of(part, left)
+        })
     }
 
     /// Grows everything below each node.

@@ -11,7 +11,7 @@ pub struct AccuracyArguments {
     /// thesis:LEVEL, gen:FAMILY:TRIANGLES[:SEED], or a file [default: thesis:large and two generated scenes]
     #[arg(value_name = "SCENE")]
     pub scenes: Vec<String>,
-    /// Only these of planes, bins, clustering, decisions, intersection, storage
+    /// Only these, with commas between: planes, bins, clustering, decisions, intersection, storage
     #[arg(long, value_name = "PART", value_delimiter = ',', value_parser = part)]
     pub only: Vec<Part>,
     /// Seconds that one build may take; a setting beyond that is capped [default: 5]

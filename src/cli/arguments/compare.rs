@@ -19,7 +19,7 @@ pub struct CompareArguments {
     /// A tree from a file besides, as `build SCENE -o TREE.bvh` or any other program wrote it
     #[arg(long = "tree", value_name = "TREE.bvh")]
     pub trees: Vec<PathBuf>,
-    /// Children per inner node; several compare
+    /// Children per inner node: 2, 4, 8 or 16, or several with commas between
     #[arg(short = 'k', long = "arity", value_name = "K", value_delimiter = ',', default_value = "2", value_parser = arity)]
     pub arities: Vec<usize>,
     /// Readings of the thesis [default: each that a builder has]
@@ -48,7 +48,7 @@ pub struct CompareArguments {
     pub baseline: Option<PathBuf>,
     /// Exit with status 1 where a figure passes a bound: METRIC>P% is more than P percent above the baseline, METRIC<P% more than P
     /// percent below, `work>P%` any kind of counted work, `tree` another tree; as in 'sah>1%,build_ms>20%,diffuse_mrays<10%'.
-    /// Metrics: build_ms, sah, epo, lcv, inner, leaves, max_depth, bytes; primary_ and diffuse_ nodes, box_tests, tri_tests, mrays
+    /// Metrics: build_ms, peak_bytes, sah, epo, lcv, inner, leaves, max_depth, bytes; primary_ and diffuse_ nodes, box_tests, tri_tests, mrays
     #[arg(long, value_name = "BOUND", value_delimiter = ',', requires = "baseline")]
     pub fail_if: Vec<Bound>,
     /// A row of the baseline that is not compared now is no failure

@@ -40,11 +40,11 @@ pub enum Command {
     Render(RenderArguments),
     /// Builders side by side on one scene
     Compare(CompareArguments),
-    /// What accuracy costs in time: planes, bins, neighbours, triangle tests, bits of boxes
+    /// What accuracy costs in time: planes, bins, neighbours, rounded costs, triangle tests, bits of boxes
     Accuracy(AccuracyArguments),
     /// Redraw every table, figure and the page from rows alone
     Report(ReportArguments),
-    /// What there is: scenes, builders, kernels, experiments
+    /// What there is: scenes, builders, refinements, kernels, experiments
     List(ListArguments),
     /// What a scene holds
     Scene(SceneArguments),

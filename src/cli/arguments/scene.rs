@@ -56,10 +56,11 @@ pub struct TraceArguments {
     /// Kind of rays
     #[arg(long, default_value = "primary")]
     pub rays: RayWord,
-    /// Rays from a file instead: little-endian f32, eight a ray (origin, t_min, direction, t_max)
+    /// Rays from a file instead: little-endian f32, eight a ray (origin, t_min, direction, t_max); with --rays any, whether they hit
     #[arg(long, value_name = "FILE.rays", conflicts_with = "size")]
     pub rays_file: Option<PathBuf>,
-    /// Write one record a ray: u32 triangle id or 0xFFFFFFFF, f32 t
+    /// Write one record a ray: little-endian u32 triangle id or 0xFFFFFFFF, f32 t in lengths of the direction, infinity for none;
+    /// --rays any: 0 and 0 where anything is hit
     #[arg(long, value_name = "FILE")]
     pub hits_out: Option<PathBuf>,
     /// Pixels of the camera's rays

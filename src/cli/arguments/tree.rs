@@ -56,7 +56,7 @@ pub struct ReadingArguments {
     /// References that spatial splits may add, in percent of the triangles [default: the builder's]
     #[arg(long, value_name = "PERCENT", value_parser = clap::value_parser!(u32).range(0..=1000))]
     pub split_budget: Option<u32>,
-    /// How a modern builder's binary tree gets more children per node [default: optimal]
+    /// How a modern builder's binary tree gets more children per node: thesis, greedy or optimal [default: optimal]
     #[arg(long, value_name = "WAY", value_parser = collapse)]
     pub collapse: Option<Collapse>,
 }

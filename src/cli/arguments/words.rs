@@ -72,7 +72,7 @@ pub enum RayWord {
     Primary,
     /// From what the camera sees, cosine-weighted
     Diffuse,
-    /// Shadow rays: is anything in between?
+    /// Shadow rays, from what the camera sees to points on the sphere around the scene: is anything in between?
     Any,
 }
 

@@ -94,12 +94,15 @@ fn contestants(a: &CompareArguments) -> Result<Vec<Contestant>, Failure> {
     for Recipe { builder, refine } in recipes {
         let max_leaf = a.max_leaf.map(|n| n as usize).filter(|_| builder.limits_leaves(&refine));
         let options = BuildOptions { refine, max_leaf, ..BuildOptions::default() };
+        let before = all.len();
+        let mut missing = Vec::new();
         for arity in &a.arities {
             let wanted = builder.variants(options).into_iter().filter(|o| {
                 o.arity == *arity
                     && builder.engine(o).is_none_or(|engine| engine == a.engine.into())
                     && builder.preset(o).is_none_or(|preset| asked.is_empty() || asked.contains(&preset))
             });
+            let found = all.len();
             for options in wanted {
                 match builder.check(&options) {
                     Ok(()) => all.push((builder, options)),
@@ -108,6 +111,18 @@ fn contestants(a: &CompareArguments) -> Result<Vec<Contestant>, Failure> {
                     Err(e) => return Err(off(e)),
                 }
             }
+            if all.len() == found && !standard {
+                missing.push(arity.to_string());
+            }
+        }
+        if all.len() == before && !standard {
+            return Err(off(format!(
+                "{}{refine} has not this preset and arity; `bvh-lab list builders` shows which have what",
+                builder.id
+            )));
+        }
+        if !missing.is_empty() {
+            eprintln!("bvh-lab: {}{refine} has no trees of arity {}", builder.id, missing.join(", "));
         }
     }
     let mut once: Vec<(_, BuildOptions)> = Vec::new();
@@ -116,9 +131,9 @@ fn contestants(a: &CompareArguments) -> Result<Vec<Contestant>, Failure> {
             once.push((builder, options));
         }
     }
-    if once.is_empty() && a.trees.is_empty() {
+    if !asked.is_empty() && once.iter().all(|(builder, options)| builder.preset(options).is_none()) {
         return Err(off(
-            "none of these builders has this preset and arity; `bvh-lab list builders` shows which have what",
+            "--preset is for the thesis' builders, and none is compared; `bvh-lab list builders` shows which have what",
         ));
     }
     Ok(once.into_iter().map(|(builder, options)| Contestant::Recipe { builder, options }).collect())
@@ -150,13 +165,13 @@ fn text(scene: &Scene, rows: &[CompareRow]) -> String {
         line.extend([r.sah, r.epo, r.lcv].map(maybe));
         line.extend([r.primary_nodes, r.primary_box_tests, r.primary_tri_tests, r.primary_mrays].map(maybe));
         line.extend([r.diffuse_nodes, r.diffuse_box_tests, r.diffuse_tri_tests, r.diffuse_mrays].map(maybe));
-        line.extend([r.bytes, r.peak_bytes].map(|b| b.map_or_else(|| "–".into(), |b| (b / 1000).to_string())));
+        line.extend([r.bytes, r.peak_bytes].map(|b| b.map_or_else(|| "–".into(), |b| ((b + 500) / 1000).to_string())));
         line
     });
     let [primary, diffuse] =
         [|r: &CompareRow| r.primary_rays, |r: &CompareRow| r.diffuse_rays].map(|of| rows.iter().map(of).max());
     let mut text = format!(
-        "{}: {} triangles; per ray: {} primary rays, then {} diffuse ones\n{}",
+        "{}: {} triangles; the first nodes to MRays/s are of {} primary rays, the second of {} diffuse ones; medians\n{}",
         scene.name,
         scene.triangles.len(),
         primary.unwrap_or(0),
