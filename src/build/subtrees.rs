@@ -78,7 +78,7 @@ struct Queue<'a> {
     next: usize,
     /// Those that were grown before the next one: the place of the root, and the nodes.
     waiting: Vec<Option<(usize, Vec<Node>)>>,
-    /// Empty ones, so that no more are made than wait and grow at the same time.
+    /// Empty ones, to be filled again.
     spare: Vec<Vec<Node>>,
     /// Where each root belongs to, and the shift of its children.
     roots: Vec<(usize, Node, usize)>,

@@ -5,7 +5,8 @@
 //! of its arrays. Libraries written in C that are measured beside ours use the same allocator and profit alike.
 //!
 //! **Counted.** What a build takes at most is asked of the allocator, not of the system: bytes that were wanted, whatever pages
-//! they lie in and whoever else has some. On one thread that is the same number on every machine.
+//! they lie in and whoever else has some. On one thread that is the same number on every machine, but for what is made once only,
+//! such as a thread's own data; on several it depends on who is held up.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicBool, AtomicIsize, Ordering};
@@ -75,9 +76,10 @@ unsafe impl GlobalAlloc for MeteredAllocator {
 
     // SAFETY: as above.
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // Before another thread can have it.
+        Self::fewer(layout.size());
         // SAFETY: the caller's.
         unsafe { System.dealloc(memory, layout) };
-        Self::fewer(layout.size());
     }
 
     // SAFETY: as above.

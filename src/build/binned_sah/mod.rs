@@ -9,9 +9,9 @@
 //! bins have to be laid before the child's centres are known: over the part of its parent's span on its side of the
 //! plane, as far as its box, which follows from the parent's bins, can have centres in it.
 //!
-//! **Parallel.** Large nodes are divided level by level: a few of them by all threads, each with a run of references,
-//! many by one thread each. What is left are subtrees that fit into a core's cache, one thread each. Parting is stable, and minima, maxima and counts know no order, so the
-//! tree does not depend on the threads.
+//! **Parallel.** Large nodes are divided level by level: where one of them would keep the others waiting, by all threads,
+//! each with a run of references; else by one thread each. What is left are subtrees that fit into a core's cache, one thread
+//! each. Parting is stable, and minima, maxima and counts know no order, so the tree does not depend on the threads.
 //!
 //! **Numbers.** Costs are f32, of half areas. Scenes so large or so small that this could overflow or vanish are built
 //! at another scale, a power of two, and get their own boxes back.

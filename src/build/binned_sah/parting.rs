@@ -23,7 +23,10 @@ pub(super) unsafe fn written(references: &[MaybeUninit<Lanes>]) -> &[Lanes] {
 }
 
 /// Where references go to.
-pub(super) trait Target {
+///
+/// # Safety
+/// [`Self::is_full`] only where every place has been written.
+pub(super) unsafe trait Target {
     /// Puts one behind those of its side.
     fn put(&mut self, side: usize, reference: &Lanes);
 
@@ -54,7 +57,8 @@ impl<'a> Whole<'a> {
     }
 }
 
-impl Target for Whole<'_> {
+// SAFETY: either side is written from its first place on, and is full when it has as many as it has places.
+unsafe impl Target for Whole<'_> {
     #[inline(always)]
     fn put(&mut self, side: usize, reference: &Lanes) {
         // Without a branch, which would be guessed wrong often.
@@ -94,7 +98,8 @@ impl<'a> Parted<'a> {
     }
 }
 
-impl Target for Parted<'_> {
+// SAFETY: as above.
+unsafe impl Target for Parted<'_> {
     #[inline(always)]
     fn put(&mut self, side: usize, reference: &Lanes) {
         self.to[side][self.at[side]].write(*reference);

@@ -53,8 +53,8 @@ impl Team {
     pub fn divide<'a>(&mut self, tasks: Vec<Task<'a>>, nodes: &mut Vec<Node>) -> Vec<Task<'a>> {
         let largest = tasks.iter().map(Task::count).max().unwrap_or(0);
         let all: usize = tasks.iter().map(Task::count).sum();
-        // Apart, threads need not count first how many references go where; but all wait for the largest node, which is to be at
-        // most three fifths of a thread's share.
+        // Apart, threads need not count first how many references go where; but all wait for the largest node, which, if it is
+        // worth sharing at all, is to be at most three fifths of a thread's share.
         if largest >= SHARED && 5 * largest * self.threads > 3 * all {
             let divide = |Task { open, mut part }| {
                 let left = self.together.divide(open, &mut part, nodes);

@@ -194,6 +194,16 @@ fn bins_beyond_the_triangles_of_a_scene_literally() {
     }
 }
 
+/// A node that one thread divides apart, with a whole small subtree on one side.
+#[test]
+fn a_few_far_ones_beside_many() {
+    let mut boxes = scene("gen:soup:20000");
+    let far = |x: f32| Aabb::new(Vec3::new(x, 0.0, 0.0), Vec3::new(x + 1.0, 1.0, 1.0));
+    boxes.extend([1e6, 1.1e6, 1.2e6, 1.5e6].map(far));
+    let build = |threads| on_threads(threads, || tree_hash(&checked(&boxes, &BinnedSah::default())));
+    assert_eq!(build(1), build(2));
+}
+
 #[test]
 fn the_same_tree_at_every_level_and_on_any_number_of_threads() {
     for name in ["gen:spheres:50000", "gen:stadium:40000", "gen:coincident:40000"] {

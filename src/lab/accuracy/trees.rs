@@ -116,7 +116,7 @@ fn prepare(
 
 fn build(setting: &Setting, triangles: &[Triangle], brake: &mut Brake) -> Result<Bvh, BuildError> {
     // Boxes are part of the build: it starts from triangles.
-    let boxes: Vec<Aabb> = triangles.iter().map(Triangle::aabb).collect();
+    let boxes = setting.builder.boxes(triangles, &setting.options);
     if let Some((decision, rounding)) = setting.costs {
         return decision.build(&boxes, |candidates| rounding.least(candidates), brake);
     }
