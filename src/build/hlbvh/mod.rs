@@ -18,7 +18,7 @@ mod clusters;
 mod tests;
 
 use super::binned_sah::{self, BinnedSah};
-use super::lbvh::{Edges, PART, cut, join, leaves_of};
+use super::lbvh::{Edges, MOST_IN_LEAF, PART, cut, join, leaves_of};
 use super::morton::Order;
 use super::{BuildError, MAX_LEAF, Probe, Unfinished, Work};
 use crate::bvh::{Bvh, Node};
@@ -28,13 +28,13 @@ use clusters::Starts;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The most triangles of a cluster, or of a leaf: parts are cut where no subtree as small as that is.
-pub const MOST_IN_CLUSTER: usize = super::lbvh::MOST_IN_LEAF;
+/// The most triangles that a cluster may be asked to hold. Larger ones save no time: little is left above them.
+pub const MOST_IN_CLUSTER: usize = 256;
 
 /// Parameters of [`build`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hlbvh {
-    /// The most triangles a leaf holds, from 1 to [`MOST_IN_CLUSTER`].
+    /// The most triangles a leaf holds, from 1 to 64.
     pub max_leaf: usize,
     /// The most triangles of a cluster, from 1 to [`MOST_IN_CLUSTER`]; where a leaf may hold more, as many as that. Few make
     /// a better tree, many a faster build.
@@ -65,9 +65,11 @@ fn build_with<P: Probe>(
     part: usize,
     probe: &mut P,
 ) -> Result<Bvh, BuildError> {
-    for (what, most) in [("a leaf", params.max_leaf), ("a cluster", params.cluster)] {
-        if !(1..=MOST_IN_CLUSTER).contains(&most) {
-            return Err(BuildError::Parameter(format!("{what} holds 1 to {MOST_IN_CLUSTER} triangles")));
+    for (what, asked, most) in
+        [("a leaf", params.max_leaf, MOST_IN_LEAF), ("a cluster", params.cluster, MOST_IN_CLUSTER)]
+    {
+        if !(1..=most).contains(&asked) {
+            return Err(BuildError::Parameter(format!("{what} holds 1 to {most} triangles")));
         }
     }
     let order = Order::new(boxes, simd)?;
@@ -110,14 +112,14 @@ struct Below(Vec<(Part, Edges)>);
 
 impl Below {
     fn new(boxes: &[Aabb], order: &Order, params: &Hlbvh, part: usize) -> Self {
+        let most = params.cluster.max(params.max_leaf);
         let of = |part: Range<usize>| {
             let edges = Edges::of(&order.levels, &part);
-            let mut clusters =
-                Starts { most: params.cluster.max(params.max_leaf), leaves: Vec::with_capacity(part.len()) };
+            let mut clusters = Starts { most, leaves: Vec::with_capacity(part.len()) };
             let leaves = leaves_of(boxes, order, part, &edges, params.max_leaf, &mut clusters);
             (Part { leaves, clusters: clusters.leaves }, edges)
         };
-        Self(cut(&order.levels, part).into_par_iter().map(of).collect())
+        Self(cut(&order.levels, part, most).into_par_iter().map(of).collect())
     }
 
     /// How many clusters there are.

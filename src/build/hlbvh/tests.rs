@@ -93,7 +93,9 @@ fn put_in(bvh: &Bvh, index: usize, texts: &[String]) -> String {
 
 fn check(boxes: &[Aabb]) {
     let default = Hlbvh::default();
-    for (max_leaf, cluster, bins) in [(1, 1, 32), (4, 1, 32), (1, 16, 4), (4, 32, 32), (2, 64, 16), (64, 8, 32)] {
+    for (max_leaf, cluster, bins) in
+        [(1, 1, 32), (4, 1, 32), (1, 16, 4), (4, 32, 32), (2, 64, 16), (64, 8, 32), (4, 256, 32)]
+    {
         let params = Hlbvh { max_leaf, cluster, bins };
         assert_eq!(text(&checked(boxes, &params), 0), literal(boxes, &params), "{params:?}");
     }
@@ -121,6 +123,7 @@ fn costs_lie_between_lbvh_and_binned_sah_and_rise_with_the_clusters() {
             cost(&binned_sah::build(&boxes, &BinnedSah::default(), &mut ()).unwrap()),
             of(8),
             of(64),
+            of(256),
             cost(&lbvh::build(&boxes, &Lbvh::default(), &mut ()).unwrap()),
         ];
         assert!(costs.is_sorted_by(|a, b| a < b), "{name}: {costs:?}");
@@ -145,7 +148,7 @@ fn parameters_out_of_range_and_stops_are_errors() {
         Hlbvh { max_leaf: 0, ..default },
         Hlbvh { max_leaf: 65, ..default },
         Hlbvh { cluster: 0, ..default },
-        Hlbvh { cluster: 65, ..default },
+        Hlbvh { cluster: 257, ..default },
         Hlbvh { bins: 1, ..default },
         Hlbvh { bins: 257, ..default },
     ] {

@@ -42,9 +42,6 @@ pub(super) const PART: usize = 1 << 14;
 /// The most triangles that a leaf may be asked to hold.
 pub(super) const MOST_IN_LEAF: usize = 64;
 
-/// A part ends at the place of least level among so many: the subtree that is parted there holds more triangles than any leaf.
-const CUT_WINDOW: usize = MOST_IN_LEAF + 1;
-
 /// Parameters of [`build`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lbvh {
@@ -93,7 +90,7 @@ fn build_with<P: Probe>(
 /// The tree's nodes.
 fn nodes_over(boxes: &[Aabb], order: &Order, max_leaf: usize, part: usize) -> Vec<Node> {
     let levels = &order.levels;
-    let parts = cut(levels, part);
+    let parts = cut(levels, part, max_leaf);
     let prepared: Vec<_> = parts
         .par_iter()
         .map(|part| {
@@ -132,12 +129,14 @@ fn nodes_over(boxes: &[Aabb], order: &Order, max_leaf: usize, part: usize) -> Ve
     nodes
 }
 
-/// Parts of about `part` triangles, cut where no subtree of at most [`MOST_IN_LEAF`] is.
-pub(super) fn cut(levels: &[u8], part: usize) -> Vec<Range<usize>> {
+/// Parts of about `part` triangles, cut where no subtree of at most `most` is.
+pub(super) fn cut(levels: &[u8], part: usize, most: usize) -> Vec<Range<usize>> {
     let mut parts = Vec::with_capacity(levels.len() / part + 1);
     let mut start = 0;
-    while start + part + CUT_WINDOW < levels.len() {
-        let window = start + part..start + part + CUT_WINDOW;
+    // A subtree that is parted at the place of least level among so many reaches beyond them.
+    let window = most + 1;
+    while start + part + window < levels.len() {
+        let window = start + part..start + part + window;
         let place = window.min_by_key(|&place| levels[place]).expect("a window is not empty");
         parts.push(start..place + 1);
         start = place + 1;
