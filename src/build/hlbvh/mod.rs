@@ -28,7 +28,7 @@ use clusters::Starts;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The most triangles that a cluster may be asked to hold. Larger ones save no time: little is left above them.
+/// The most triangles that a cluster may be asked to hold. Larger ones would save little: not much time is spent above them.
 pub const MOST_IN_CLUSTER: usize = 256;
 
 /// Parameters of [`build`].
