@@ -113,9 +113,13 @@ impl Panel {
         from..high + margin
     }
 
-    /// Round numbers within the decades: 1, 2 and 5 of each, or 1 alone where there are many.
+    /// Round numbers within the decades: 1, 2 and 5 of each, 1 alone where there are many, more where there is less than one.
     fn x_ticks(range: &Range<f64>) -> Vec<f64> {
-        let of_decade: &[f64] = if range.end - range.start > 2.5 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let of_decade: &[f64] = match range.end - range.start {
+            decades if decades > 2.5 => &[1.0],
+            decades if decades > 0.7 => &[1.0, 2.0, 5.0],
+            _ => &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0],
+        };
         let decades = range.start.floor() as i32..=range.end.ceil() as i32;
         let all = decades.flat_map(|d| of_decade.iter().map(move |m| m.log10() + f64::from(d)));
         all.filter(|t| range.contains(t)).collect()
@@ -123,7 +127,10 @@ impl Panel {
 
     fn draw<DB: DrawingBackend>(&self, area: &DrawingArea<DB, Shift>, canvas: &Canvas<DB>) -> Drawn {
         let (x, y) = (self.x(), self.y());
-        let ticks = fine_ticks(&y);
+        let mut ticks = fine_ticks(&y);
+        // The margin below nothing has none.
+        let (least, _) = self.span(|p| p.1);
+        ticks.retain(|&tick| least < 0.0 || tick >= 0.0);
         let mut chart = ChartBuilder::on(area)
             .margin(canvas.px(12))
             .margin_top(canvas.px(58))
@@ -179,13 +186,15 @@ impl Panel {
     }
 }
 
-/// Ticks of a linear axis whose range may be below 1: about eight.
+/// Ticks of a linear axis whose range may be below 1: about eight, 0 among them where it is in the range.
 fn fine_ticks(range: &Range<f64>) -> Vec<f64> {
     let span = range.end - range.start;
     let factor = 10f64.powf((8.0 / span).log10().ceil());
     let ticks = Scale::Linear(range.start * factor..range.end * factor).ticks();
     let every = ticks.len().div_ceil(9).max(1);
-    ticks.into_iter().step_by(every).map(|t| t / factor).collect()
+    let step = ticks.get(1).map_or(1.0, |second| second - ticks[0]);
+    let is_kept = |tick: &f64| (tick / step).round() as i64 % every as i64 == 0;
+    ticks.into_iter().filter(is_kept).map(|t| t / factor).collect()
 }
 
 #[cfg(test)]
@@ -211,6 +220,7 @@ mod tests {
             }
             let ticks = fine_ticks(&y);
             assert!((2..=12).contains(&ticks.len()), "{y:?}: {ticks:?}");
+            assert!(!y.contains(&0.0) || ticks.contains(&0.0), "{y:?}: {ticks:?}");
             assert!(Panel::x_ticks(&x).len() <= 10);
         }
         assert!(!panel(&[(-1.0, 2.0), (1.0, f64::NAN)]).has_points());
